@@ -1,0 +1,12 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+/// One function per subcommand: adds its options to the program's, and does its work once they are
+/// read. What is wrong with the user's input leaves it as an InputError.
+namespace armukf::apps {
+
+void add_estimate(CLI::App& program);
+void add_simulate(CLI::App& program);
+
+}  // namespace armukf::apps

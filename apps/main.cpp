@@ -1,0 +1,77 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "armukf/core/error.hpp"
+#include "commands.hpp"
+
+namespace armukf::apps {
+namespace {
+
+constexpr int kDone = 0;
+constexpr int kFailed = 1;
+constexpr int kWrongInput = 2;
+
+constexpr std::string_view kVersion = "armukf " ARMUKF_VERSION;
+constexpr std::string_view kDefaultCommand = "estimate";
+
+void add_commands(CLI::App& program) {
+  program.require_subcommand(1);
+  add_estimate(program);
+  add_simulate(program);
+  program.set_version_flag("--version", std::string(kVersion));
+  for (CLI::App* command : program.get_subcommands({}))
+    command->set_version_flag("--version", std::string(kVersion));
+}
+
+/// What the user typed, last word first as CLI11 takes it; the default command where none is named.
+std::vector<std::string> reversed_words(const CLI::App& program, std::vector<std::string> words) {
+  constexpr std::array<std::string_view, 3> kOwnOptions{"-h", "--help", "--version"};
+  const bool named =
+      !words.empty() && (program.get_subcommand_no_throw(words[0]) != nullptr ||
+                         std::ranges::find(kOwnOptions, words[0]) != kOwnOptions.end());
+  if (!named) words.insert(words.begin(), std::string(kDefaultCommand));
+  std::ranges::reverse(words);
+  return words;
+}
+
+/// One line on standard error, whatever the message holds.
+int complain(std::string message, int status) {
+  std::ranges::replace(message, '\n', ' ');
+  fmt::print(stderr, "{}\n", message);
+  return status;
+}
+
+int run(const std::vector<std::string>& words) {
+  CLI::App program("Recursive estimate of the states and parameters of a flexible robot arm.",
+                   "armukf");
+  try {
+    add_commands(program);
+    program.parse(reversed_words(program, words));
+    return kDone;
+  } catch (const CLI::Success& wish) {  // --help, --version
+    return program.exit(wish);
+  } catch (const CLI::ParseError& error) {
+    return complain(error.what(), kWrongInput);
+  } catch (const InputError& error) {
+    return complain(error.what(), kWrongInput);
+  } catch (const std::exception& error) {
+    return complain(fmt::format("armukf: {}", error.what()), kFailed);
+  }
+}
+
+}  // namespace
+}  // namespace armukf::apps
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that leaves shows as a failed write
+  return armukf::apps::run({argv + 1, argv + argc});
+}

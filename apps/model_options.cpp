@@ -1,0 +1,87 @@
+#include "model_options.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "armukf/core/error.hpp"
+#include "option_values.hpp"
+
+namespace armukf::apps {
+namespace {
+
+void set_value(Model& model, std::string_view assignment) {
+  const auto equals = assignment.find('=');
+  if (equals == std::string_view::npos)
+    throw InputError(fmt::format("'{}' is not NAME=VALUE", assignment));
+  Parameter& parameter = model.parameter(assignment.substr(0, equals));
+  parameter.value =
+      of_option(parameter.name, [&] { return number_in(assignment.substr(equals + 1)); });
+}
+
+void set_known(Model& model, const std::vector<std::string>& names, bool known) {
+  for (const std::string& name : names) model.parameter(name).known = known;
+}
+
+void check_disjoint(const ModelOptions& options) {
+  for (const std::string& name : options.fixed) {
+    if (std::ranges::find(options.free, name) != options.free.end())
+      throw InputError(fmt::format("{}: is under --free, too", name));
+  }
+}
+
+}  // namespace
+
+CLI::Option* add_repeatable(CLI::App& command, const std::string& names,
+                            std::vector<std::string>& values, const std::string& description) {
+  return command.add_option(names, values, description)->allow_extra_args(false);
+}
+
+void add_model_options(CLI::App& command, ModelOptions& options) {
+  command.add_option("--model", options.file,
+                     "TOML file of parameters, bounds, effects, noise and start");
+  add_repeatable(command, "--effect", options.effects, "add an effect to the model; repeatable")
+      ->type_name("NAME");
+  add_repeatable(command, "--set", options.values,
+                 "start value of an unknown, or value of a known parameter; repeatable")
+      ->type_name("NAME=VALUE");
+  add_repeatable(command, "--free", options.free, "take a parameter for unknown; repeatable")
+      ->type_name("NAME");
+  add_repeatable(command, "--fix", options.fixed, "take a parameter for known; repeatable")
+      ->type_name("NAME");
+}
+
+void add_report_options(CLI::App& command, ReportOptions& options) {
+  command.add_option("--json", options.json, "write a summary; - is standard output")
+      ->type_name("FILE");
+  command.add_flag("--quiet", options.quiet, "print nothing but what was asked for");
+}
+
+void add_columns_option(CLI::App& command, Columns& columns) {
+  command
+      .add_option_function<std::string>(
+          "--columns", [&columns](const std::string& text) { columns = parse_columns(text); },
+          "names of the record's columns, by default t, u and y")
+      ->type_name("t=NAME,u=NAME,y=NAME");
+}
+
+ModelFile chosen_model(const ModelOptions& options, const ModelFile& otherwise) {
+  ModelFile chosen = options.file.empty() ? otherwise : read_model_file(options.file);
+  Model& model = chosen.model;
+  of_option("--effect", [&] {
+    for (const std::string& name : options.effects) model.add_effect(name);
+  });
+  of_option("--set", [&] {
+    for (const std::string& assignment : options.values) set_value(model, assignment);
+    model.check();
+  });
+  of_option("--free", [&] { set_known(model, options.free, false); });
+  of_option("--fix", [&] {
+    set_known(model, options.fixed, true);
+    check_disjoint(options);
+  });
+  return chosen;
+}
+
+}  // namespace armukf::apps

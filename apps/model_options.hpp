@@ -1,0 +1,40 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "armukf/io/csv_reader.hpp"
+#include "armukf/io/model_file.hpp"
+
+namespace armukf::apps {
+
+/// What the options say that choose a model: --model, --effect, --set, --free, --fix.
+struct ModelOptions {
+  std::string file;                  // empty: none
+  std::vector<std::string> effects;  // names
+  std::vector<std::string> values;   // NAME=VALUE
+  std::vector<std::string> free;     // names
+  std::vector<std::string> fixed;    // names
+};
+
+/// The options that say where results go, and how much is said beside them.
+struct ReportOptions {
+  std::string json;  // file, "-" for standard output; empty: none
+  bool quiet = false;
+};
+
+void add_model_options(CLI::App& command, ModelOptions& options);
+void add_report_options(CLI::App& command, ReportOptions& options);
+void add_columns_option(CLI::App& command, Columns& columns);
+
+/// An option that may be repeated and takes one value each time: no file name after it is lost.
+CLI::Option* add_repeatable(CLI::App& command, const std::string& names,
+                            std::vector<std::string>& values, const std::string& description);
+
+/// The model file over the built-in defaults, or `otherwise` where there is none; then the effects,
+/// then values and what is unknown. InputError, with the option's name before it, where they do not
+/// fit together.
+ModelFile chosen_model(const ModelOptions& options, const ModelFile& otherwise = {});
+
+}  // namespace armukf::apps

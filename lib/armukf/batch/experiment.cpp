@@ -1,0 +1,116 @@
+#include "armukf/batch/experiment.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/numeric/odeint/integrate/integrate_adaptive.hpp>
+#include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
+#include <boost/numeric/odeint/stepper/generation.hpp>
+#include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
+#include <cmath>
+#include <random>
+
+#include "armukf/model/dynamics.hpp"
+
+namespace armukf {
+namespace {
+
+constexpr double kTolerance = 1e-11;     // rad and rad/s, absolute and relative, per step
+constexpr double kShortestRunInS = 5.0;  // s; the slowest mode decays in tenths of one
+
+/// Speed error (rad/s) -> torque (N.m), with the integral as its only memory.
+class TorqueCommand {
+ public:
+  TorqueCommand(const SpeedController& gains, double sample_time_s)
+      : gains_(gains), sample_time_s_(sample_time_s) {}
+
+  double operator()(double error) {
+    const double wanted = gains_.proportional * error + integral_;
+    const double limited = std::clamp(wanted, -gains_.torque_limit, gains_.torque_limit);
+    if (limited == wanted) integral_ += gains_.integral * sample_time_s_ * error;
+    return limited;
+  }
+
+ private:
+  SpeedController gains_;
+  double sample_time_s_;
+  double integral_ = 0.0;  // N.m
+};
+
+/// Moves the states of a model from sample to sample with error control.
+class Arm {
+ public:
+  explicit Arm(const Model& model) : states_(model.states.size()) {
+    for (const Parameter& parameter : model.parameters) parameters_.push_back(parameter.value);
+    dynamics_ = Dynamics<double>(model, parameters_.data());
+  }
+  Arm(const Arm&) = delete;  // the dynamics point into this
+  Arm& operator=(const Arm&) = delete;
+
+  const std::vector<double>& states() const { return states_; }
+
+  /// From t over dt (s) under the torque u (N.m); the motor gets `disturbance` (N.m) beside it.
+  void advance(double t, double dt, double u, double disturbance) {
+    namespace odeint = boost::numeric::odeint;
+    using Method = odeint::runge_kutta_dopri5<std::vector<double>>;
+    const auto f = [&](const std::vector<double>& x, std::vector<double>& dx, double at) {
+      dynamics_.derivative(at, u, x.data(), dx.data());
+      dx[kSpeedMotor] += disturbance / (parameters_[kJ] * parameters_[kAm]);
+    };
+    odeint::integrate_adaptive(odeint::make_controlled<Method>(kTolerance, kTolerance), f, states_,
+                               t, t + dt, dt);
+  }
+
+ private:
+  std::vector<double> parameters_;
+  std::vector<double> states_;
+  Dynamics<double> dynamics_;
+};
+
+/// White noise of its own: another's length or seed does not shift it.
+class WhiteNoise {
+ public:
+  WhiteNoise(double deviation, std::uint64_t seed, int stream) : deviation_(deviation) {
+    std::seed_seq seeds{seed, seed >> 32, static_cast<std::uint64_t>(stream)};
+    random_.seed(seeds);
+  }
+  double next() { return deviation_ * normal_(random_); }
+
+ private:
+  double deviation_;
+  std::mt19937_64 random_;
+  std::normal_distribution<double> normal_;
+};
+
+}  // namespace
+
+SimulatedExperiment simulate_experiment(const Model& model, const ExperimentSettings& settings) {
+  const double dt = settings.sample_time_s;
+  const std::vector<double> reference =
+      speed_reference(settings.kind, settings.reference, settings.samples, dt, settings.seed);
+  const int period = static_cast<int>(reference.size());
+  const int run_in =
+      period * std::max(1, static_cast<int>(std::ceil(kShortestRunInS / (period * dt))));
+
+  // After the streams of the four kinds, whose phases are drawn alike; also apart for each kind.
+  const int stream = 4 + 2 * static_cast<int>(settings.kind);
+  WhiteNoise sensor_noise(settings.sensor_noise, settings.seed, stream);
+  WhiteNoise disturbance(settings.torque_disturbance, settings.seed, stream + 1);
+  TorqueCommand command(settings.controller, dt);
+  Arm arm(model);
+
+  SimulatedExperiment experiment;
+  experiment.record.name = fmt::format("{} {}", name_of(settings.kind), settings.seed);
+  for (int n = -run_in; n < settings.samples; ++n) {
+    const double y = arm.states()[kSpeedMotor] + sensor_noise.next();
+    const double u = command(reference[(n + run_in) % period] - y);
+    if (n >= 0) {
+      experiment.record.samples.push_back({n * dt, u, y});
+      experiment.states.push_back(arm.states());
+    }
+    arm.advance(n * dt, dt, u, disturbance.next());
+  }
+  return experiment;
+}
+
+}  // namespace armukf

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "armukf/batch/speed_reference.hpp"
+#include "armukf/core/record.hpp"
+#include "armukf/model/model.hpp"
+
+namespace armukf {
+
+/// PI control of the measured motor speed, once a sample; its torque is held until the next one.
+struct SpeedController {
+  double proportional = 4.0;   // N.m.s/rad
+  double integral = 40.0;      // N.m/rad
+  double torque_limit = 30.0;  // N.m; the integral rests while the torque is limited
+};
+
+/// One experiment in closed loop. The defaults are sampled as in the published study, without
+/// noise.
+struct ExperimentSettings {
+  ExperimentKind kind = ExperimentKind::kEstimation;
+  std::uint64_t seed = 1;  // of phases, sensor noise and torque disturbance
+  int samples = 19838;
+  double sample_time_s = 5e-4;      // s
+  double sensor_noise = 0.0;        // rad/s, sd; the controller sees it too
+  double torque_disturbance = 0.0;  // N.m, sd of a white torque at the motor, held for a sample
+  SpeedController controller;
+  ReferenceShape reference;
+};
+
+/// What it gives: its record, and what nobody measures.
+struct SimulatedExperiment {
+  Record record;                            // u as commanded (and limited), y as measured
+  std::vector<std::vector<double>> states;  // true states of the model at each sample
+};
+
+/// The model under speed control along the reference, in steady state: it has followed the
+/// reference for at least one period, from rest, when the record begins at t = 0. Integrated with
+/// error control far below that of any filter's fixed step.
+SimulatedExperiment simulate_experiment(const Model& model, const ExperimentSettings& settings);
+
+}  // namespace armukf

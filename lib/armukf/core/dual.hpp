@@ -1,0 +1,107 @@
+#pragma once
+
+#include <cmath>
+
+#include "armukf/core/elementary.hpp"
+#include "armukf/core/lanes.hpp"
+
+namespace armukf {
+
+/// A number with its derivatives in N directions (forward-mode differentiation, exact):
+/// value + sum_i gradient[i] eps_i, eps_i eps_j = 0.
+template <int N>
+struct Dual {
+  double value;
+  Lanes<N> gradient;
+
+  Dual() = default;  // not initialised; Dual() and Dual{} are zero
+  Dual(double v) : value(v), gradient{} {}  // NOLINT(google-explicit-constructor)
+  Dual(double v, const Lanes<N>& g) : value(v), gradient(g) {}
+
+  /// The independent variable of one direction.
+  [[gnu::always_inline]] static inline Dual variable(double v, int direction) {
+    Dual x(v);
+    x.gradient[direction] = 1.0;
+    return x;
+  }
+
+  [[gnu::always_inline]] inline Dual& operator+=(const Dual& b) {
+    value += b.value;
+    gradient += b.gradient;
+    return *this;
+  }
+  [[gnu::always_inline]] inline Dual& operator-=(const Dual& b) {
+    value -= b.value;
+    gradient -= b.gradient;
+    return *this;
+  }
+  [[gnu::always_inline]] friend inline Dual operator+(Dual a, const Dual& b) { return a += b; }
+  [[gnu::always_inline]] friend inline Dual operator-(Dual a, const Dual& b) { return a -= b; }
+  [[gnu::always_inline]] friend inline Dual operator-(const Dual& a) { return {-a.value, -1.0 * a.gradient}; }
+  [[gnu::always_inline]] friend inline Dual operator+(Dual a, double b) { return a.value += b, a; }
+  [[gnu::always_inline]] friend inline Dual operator+(double a, Dual b) { return b.value += a, b; }
+  [[gnu::always_inline]] friend inline Dual operator-(Dual a, double b) { return a.value -= b, a; }
+  [[gnu::always_inline]] friend inline Dual operator-(double a, const Dual& b) { return {a - b.value, -1.0 * b.gradient}; }
+  [[gnu::always_inline]] friend inline Dual operator*(const Dual& a, const Dual& b) {
+    return {a.value * b.value, a.value * b.gradient + b.value * a.gradient};
+  }
+  [[gnu::always_inline]] friend inline Dual operator*(double a, const Dual& b) { return {a * b.value, a * b.gradient}; }
+  [[gnu::always_inline]] friend inline Dual operator*(const Dual& a, double b) { return b * a; }
+  [[gnu::always_inline]] friend inline Dual operator/(const Dual& a, const Dual& b) {
+    const double inverse = 1.0 / b.value;
+    const double ratio = a.value * inverse;
+    return {ratio, inverse * a.gradient - (ratio * inverse) * b.gradient};
+  }
+  [[gnu::always_inline]] friend inline Dual operator/(double a, const Dual& b) {
+    const double ratio = a / b.value;
+    return {ratio, (-ratio / b.value) * b.gradient};
+  }
+  [[gnu::always_inline]] friend inline Dual operator/(const Dual& a, double b) { return (1.0 / b) * a; }
+};
+
+/// f(x) by the chain rule, given f and f' at x.
+template <int N>
+[[gnu::always_inline]] inline Dual<N> chain(const Dual<N>& x, double f, double slope) {
+  return {f, slope * x.gradient};
+}
+
+template <int N>
+[[gnu::always_inline]] inline Dual<N> exp(const Dual<N>& x) {
+  const double e = std::exp(x.value);
+  return chain(x, e, e);
+}
+
+template <int N>
+[[gnu::always_inline]] inline Dual<N> log(const Dual<N>& x) {
+  return chain(x, std::log(x.value), 1.0 / x.value);
+}
+
+template <int N>
+[[gnu::always_inline]] inline Dual<N> sqrt(const Dual<N>& x) {
+  const double root = std::sqrt(x.value);
+  return chain(x, root, 0.5 / root);
+}
+
+template <int N>
+[[gnu::always_inline]] inline Dual<N> sin(const Dual<N>& x) {
+  return chain(x, std::sin(x.value), std::cos(x.value));
+}
+
+template <int N>
+[[gnu::always_inline]] inline Dual<N> cos(const Dual<N>& x) {
+  return chain(x, std::cos(x.value), -std::sin(x.value));
+}
+
+template <int N>
+[[gnu::always_inline]] inline Dual<N> tanh(const Dual<N>& x) {
+  const double t = tanh(x.value);
+  return chain(x, t, 1.0 - t * t);
+}
+
+template <int N>
+[[gnu::always_inline]] inline Dual<N> sech(const Dual<N>& x) {
+  const double s = sech(x.value);
+  return chain(x, s, -s * tanh(x.value));
+}
+
+}  // namespace armukf

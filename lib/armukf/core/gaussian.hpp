@@ -1,0 +1,69 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "armukf/core/lanes.hpp"
+
+namespace armukf {
+
+/// Sizes of an augmented belief [states that move; unknowns that do not], known while compiling:
+/// loops over it unroll.
+template <int States, int Unknowns>
+struct FixedShape {
+  static constexpr int kStates = States;             // rows that a stepper moves
+  static constexpr int kSize = States + Unknowns;    // rows of the belief
+  static constexpr int states() { return States; }
+  static constexpr int size() { return kSize; }
+};
+
+/// The same where the sizes are known only when the model is: at most kStates and kSize.
+template <int MaxStates, int MaxSize>
+struct BoundedShape {
+  static constexpr int kStates = MaxStates;
+  static constexpr int kSize = MaxSize;
+  int states_ = MaxStates;
+  int size_ = MaxSize;
+  int states() const { return states_; }
+  int size() const { return size_; }
+};
+
+/// A row of a belief: an entry per element, padded with zeros to whole packs.
+template <class Shape>
+using BeliefRow = Lanes<padded(Shape::kSize)>;
+
+/// A normal distribution of the augmented vector: its mean, and its covariance as rows (symmetric,
+/// both halves kept). Entries beyond shape.size() are 0.
+template <class Shape>
+struct Gaussian {
+  [[no_unique_address]] Shape shape{};
+  BeliefRow<Shape> mean{};
+  std::array<BeliefRow<Shape>, Shape::kSize> covariance{};
+
+  double variance(int i) const { return covariance[i][i]; }
+  double deviation(int i) const { return std::sqrt(variance(i)); }
+};
+
+/// Columns of the lower Cholesky root L, L L' = covariance: columns[j] holds L(:, j), zero above
+/// the diagonal. Returns false, and leaves the columns unusable, where the covariance is not positive.
+template <class Shape>
+bool cholesky(const Gaussian<Shape>& belief, std::array<BeliefRow<Shape>, Shape::kSize>& columns) {
+  const int n = belief.shape.size();
+  using Row = BeliefRow<Shape>;
+  std::array<Row, Shape::kSize>& rest = columns;  // what is left of the covariance, by columns
+  for (int j = 0; j < n; ++j) rest[j] = belief.covariance[j];
+  for (int j = 0; j < n; ++j) {
+    const double pivot = rest[j][j];
+    if (!(pivot > 0.0)) return false;
+    rest[j] *= 1.0 / std::sqrt(pivot);
+    for (int i = 0; i < j; ++i) rest[j][i] = 0.0;
+    for (int k = j + 1; k < n; ++k) {
+      const double factor = rest[j][k];
+      for (int p = j / kPackWidth; p < Row::kPacks; ++p)
+        rest[k].packs[p] -= factor * rest[j].packs[p];
+    }
+  }
+  return true;
+}
+
+}  // namespace armukf

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace armukf {
+
+/// What is minimised: sum_i r_i(z)^2 / 2. Fills the residuals r and, unless it is null, the
+/// Jacobian J(i, j) = dr_i / dz_j, row by row. Returns false where z makes no sense.
+using Residuals = std::function<bool(const double* z, double* r, double* J)>;
+
+/// When a search ends.
+struct SearchLimits {
+  int iterations = 100;
+  double cost_tolerance = 1e-9;  // relative change of the sum of squares
+};
+
+/// Where a search ended.
+struct Minimum {
+  std::vector<double> z;
+  double cost = 0.0;  // sum r^2 / 2
+  int iterations = 0;
+  int evaluations = 0;  // of r, with or without J
+  bool converged = false;
+  std::string termination;  // why it ended, in words
+};
+
+/// Local minimum from z by Levenberg-Marquardt. The best z found is returned in any case.
+Minimum least_squares(std::vector<double> z, int residuals, const Residuals& f,
+                      const SearchLimits& limits = {});
+
+}  // namespace armukf

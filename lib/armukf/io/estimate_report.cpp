@@ -1,0 +1,106 @@
+#include "armukf/io/estimate_report.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "armukf/io/parameters_json.hpp"
+
+namespace armukf {
+namespace {
+
+/// Mean NIS of an honest filter is 1; outside of this the bands do not mean what they say.
+constexpr double kLeastHonestNis = 0.8;
+constexpr double kMostHonestNis = 1.25;
+constexpr double kWhitenessLevel = 0.01;
+
+std::vector<std::string> augmented_names(const Model& model) {
+  std::vector<std::string> names;
+  for (const Coordinate& state : model.states) names.push_back(state.name);
+  for (const int i : model.unknowns()) names.push_back(model.parameters[i].name);
+  return names;
+}
+
+double samples_per_second(const EstimateSummary& s) {
+  return s.seconds > 0.0 ? static_cast<double>(s.tally.samples()) / s.seconds : 0.0;
+}
+
+/// What a reader must know before trusting the deviations; empty where there is nothing to say.
+std::string caveat(const InnovationStatistics& innovations) {
+  const double nis = innovations.mean_nis();
+  if (nis > kMostHonestNis)
+    return "  note: the innovations are larger than the filter expects: the deviations above are too\n"
+           "        small. Raise [noise], or look for what the model lacks.\n";
+  if (innovations.ljung_box_p() < kWhitenessLevel)
+    return "  note: the innovations are not white: something that the model lacks is in them, and the\n"
+           "        deviations above are a guide, not confidence limits.\n";
+  if (nis < kLeastHonestNis)
+    return "  note: the innovations are smaller than the filter expects: the deviations above are\n"
+           "        cautious. With the sensor's noise known, set [noise] model_error to 0.\n";
+  return "";
+}
+
+}  // namespace
+
+void write_header(CsvWriter& writer, const Model& model) {
+  std::vector<std::string> header{"t",   "y",     "y_pred", "innovation", "innovation_sd",
+                                  "nis", "status"};
+  const std::vector<std::string> names = augmented_names(model);
+  header.insert(header.end(), names.begin(), names.end());
+  for (const std::string& name : names) header.push_back(name + "_sd");
+  writer.row(header);
+}
+
+void write_row(CsvWriter& writer, const Estimate& e) {
+  for (const double value : {e.sample.t, e.sample.y, e.predicted, e.innovation, e.innovation_sd, e.nis})
+    writer.cell(value);
+  writer.cell(name_of(e.status));
+  for (const double value : e.values) writer.cell(value);
+  for (const double value : e.deviations) writer.cell(value);
+  writer.end_row();
+}
+
+nlohmann::ordered_json estimate_json(const EstimateSummary& s) {
+  const InnovationStatistics& innovations = s.tally.innovations();
+  return {{"samples", s.tally.samples()},
+          {"missing", s.tally.count(Status::kMissing)},
+          {"rejected", s.tally.count(Status::kRejected)},
+          {"gaps", s.tally.count(Status::kGap)},
+          {"resets", s.tally.count(Status::kReset)},
+          {"filter", s.filter},
+          {"innovation",
+           {{"fit_percent", innovations.fit_percent()},
+            {"rmse", innovations.rmse()},
+            {"mean_nis", innovations.mean_nis()},
+            {"ljung_box_p", innovations.ljung_box_p()},
+            {"log_likelihood", innovations.log_likelihood()}}},
+          {"simulation",
+           {{"fit_percent", s.simulation_fit_percent},
+            {"mse", s.simulation_mse},
+            {"samples", s.simulation_samples}}},
+          {"parameters", parameters_json(s.model, s.sd)},
+          {"seconds", s.seconds},
+          {"samples_per_second", samples_per_second(s)}};
+}
+
+std::string estimate_text(const EstimateSummary& s) {
+  const InnovationStatistics& innovations = s.tally.innovations();
+  std::string text = fmt::format(
+      "{} of {} samples ({} missing, {} rejected, {} gaps, {} resets), {:.3f} s, {:.0f} samples/s\n",
+      s.filter, s.tally.samples(), s.tally.count(Status::kMissing),
+      s.tally.count(Status::kRejected), s.tally.count(Status::kGap), s.tally.count(Status::kReset),
+      s.seconds, samples_per_second(s));
+  text += parameters_text(s.model, s.sd);
+  text += fmt::format(
+      "  one step ahead: fit {:.2f} %, RMSE {:.4g} rad/s, mean NIS {:.3f}, Ljung-Box p {:.2g}\n",
+      innovations.fit_percent(), innovations.rmse(), innovations.mean_nis(),
+      innovations.ljung_box_p());
+  text += fmt::format("  simulated with the final parameters: fit {:.2f} %, MSE {:.4g} (rad/s)^2{}\n",
+                      s.simulation_fit_percent, s.simulation_mse,
+                      s.simulation_samples < s.tally.samples()
+                          ? fmt::format(", over the first {} samples", s.simulation_samples)
+                          : "");
+  return text + caveat(innovations);
+}
+
+}  // namespace armukf

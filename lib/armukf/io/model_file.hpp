@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+
+#include "armukf/model/model.hpp"
+#include "armukf/online/settings.hpp"
+
+namespace armukf {
+
+/// All that a model file says.
+struct ModelFile {
+  Model model = published_arm();
+  EstimatorSettings settings;
+};
+
+/// The TOML file at `path` ("-" is standard input), over the built-in defaults: what it leaves out
+/// keeps its default. A parameter has `value`, `known`, `lower`, `upper`, `scale` and `spread`; the
+/// tables [filter], [propagation], [noise], [prior], [gate] and [race] mirror EstimatorSettings.
+/// Throws InputError, `FILE:LINE: KEY: what is wrong`.
+ModelFile read_model_file(const std::string& path);
+
+/// The same from text; `name` stands for the file in messages.
+ModelFile parse_model_file(const std::string& text, const std::string& name);
+
+/// The complete file, with units and meanings in comments. It reads back to the same numbers
+/// exactly.
+std::string model_file_text(const ModelFile& content);
+
+/// Writes that text; the file takes its name only when complete.
+void write_model_file(const std::string& path, const ModelFile& content);
+
+}  // namespace armukf

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "armukf/model/model.hpp"
+
+namespace armukf {
+
+/// {NAME: {"value", "sd", "unit", "known"}} of every parameter, in the model's order. sd holds one
+/// standard deviation per parameter of the model; that of a known one is 0.
+nlohmann::ordered_json parameters_json(const Model& model, const std::vector<double>& sd);
+
+/// The unknown parameters as lines of text: name, value ± sd, unit.
+std::string parameters_text(const Model& model, const std::vector<double>& sd);
+
+}  // namespace armukf

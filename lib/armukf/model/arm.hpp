@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "armukf/core/elementary.hpp"
+#include "armukf/model/catalogue.hpp"
+#include "armukf/model/effect.hpp"
+
+/// The arm: motor, gear box and arm on one axis, joined by two springs. Gear ratio 1, no gravity.
+/// Source: E. Wernholt, S. Gunnarsson, "Nonlinear identification of a physically parameterized
+/// robot model", 14th IFAC Symposium on System Identification, 2006, section 2.
+namespace armukf {
+
+/// Order of the arm's states; those of effects follow.
+enum ArmState { kTwistGear, kTwistArm, kSpeedMotor, kSpeedGear, kSpeedArm, kArmStates };
+
+/// Order of the arm's parameters; those of effects follow.
+enum ArmParameter {
+  kFv, kFc, kFcs, kAlpha, kBeta, kJ,                      // known in the published study
+  kAm, kAg, kKg1, kKg3, kDg, kKa, kDa, kArmParameters     // unknown there
+};
+
+/// Parameters (kArmParameters of them, SI units) as the equations of motion want them.
+template <class T>
+struct Coefficients {
+  T Fv, Fc, Fcs, alpha, beta;
+  T k_g1, k_g3, d_g, k_a, d_a;
+  T motor_mobility, gear_mobility, arm_mobility;  // 1/(kg.m^2), inverse inertias
+
+  Coefficients() = default;
+  explicit Coefficients(const T* p)
+      : Fv(p[kFv]), Fc(p[kFc]), Fcs(p[kFcs]), alpha(p[kAlpha]), beta(p[kBeta]),
+        k_g1(p[kKg1]), k_g3(p[kKg3]), d_g(p[kDg]), k_a(p[kKa]), d_a(p[kDa]),
+        motor_mobility(1.0 / (p[kJ] * p[kAm])),
+        gear_mobility(1.0 / (p[kJ] * p[kAg])),
+        arm_mobility(1.0 / (p[kJ] * (1.0 - p[kAm] - p[kAg]))) {}
+};
+
+/// Friction torque (N.m) at motor speed w (rad/s): viscous, Coulomb and Stribeck; odd in w.
+template <class T>
+T friction(const Coefficients<T>& c, const T& w) {
+  return c.Fv * w + (c.Fc + c.Fcs * sech(T(c.alpha * w))) * tanh(T(c.beta * w));
+}
+
+/// Torque (N.m) of the gear's spring, hardening with its twist (rad); acts against positive twist.
+template <class T>
+T gear_spring(const Coefficients<T>& c, const T& twist) {
+  return (c.k_g1 + c.k_g3 * (twist * twist)) * twist;
+}
+
+/// dx/dt of the arm's five states x under the motor torque u and the torques `extra` of effects.
+template <class T>
+std::array<T, kArmStates> derivative(const Coefficients<T>& c, const T* x, const T& u,
+                                     const Contribution<T>& extra = {}) {
+  const T gear_rate = x[kSpeedMotor] - x[kSpeedGear];
+  const T arm_rate = x[kSpeedGear] - x[kSpeedArm];
+  const T gear_torque = gear_spring(c, x[kTwistGear]) + c.d_g * gear_rate;
+  const T arm_torque = c.k_a * x[kTwistArm] + c.d_a * arm_rate;
+  return {gear_rate, arm_rate,
+          c.motor_mobility * (u - gear_torque - friction(c, x[kSpeedMotor]) + extra.motor_torque),
+          c.gear_mobility * (gear_torque - arm_torque + extra.gear_torque),
+          c.arm_mobility * (arm_torque + extra.arm_torque)};
+}
+
+/// Energy (J) in the moving masses and the wound springs.
+template <class T>
+T energy(const Coefficients<T>& c, const T* x) {
+  const auto square = [](const T& v) { return T(v * v); };
+  const T a2 = square(x[kTwistGear]);
+  return 0.5 * (square(x[kSpeedMotor]) / c.motor_mobility + square(x[kSpeedGear]) / c.gear_mobility +
+                square(x[kSpeedArm]) / c.arm_mobility + c.k_g1 * a2 + 0.5 * c.k_g3 * square(a2) +
+                c.k_a * square(x[kTwistArm]));
+}
+
+}  // namespace armukf

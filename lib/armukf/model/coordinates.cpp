@@ -1,0 +1,70 @@
+#include "armukf/model/coordinates.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace armukf {
+namespace {
+
+/// The value, or one inside the bounds where it lies on one of them.
+double inside(const Parameter& p, double value) {
+  const double room = p.upper - p.lower;
+  const double step = std::isinf(room) ? p.scale : std::min(p.scale, 0.25 * room);
+  if (value <= p.lower) return p.lower + step;
+  if (value >= p.upper) return p.upper - step;
+  return value;
+}
+
+}  // namespace
+
+FreeCoordinates::FreeCoordinates(const Model& model)
+    : parameters_(model.parameters), unknowns_(model.unknowns()) {
+  for (const int i : unknowns_) kinds_.push_back(kind_of(i));
+  for (const int i : {kAm, kAg})
+    if (parameters_[i].known) free_share_ -= parameters_[i].value;
+}
+
+FreeCoordinates::Kind FreeCoordinates::kind_of(int parameter) const {
+  const Parameter& p = parameters_[parameter];
+  if (parameter == kAm || parameter == kAg) return Kind::kShare;
+  if (std::isfinite(p.lower) && std::isfinite(p.upper)) return Kind::kInterval;
+  return std::isfinite(p.lower) ? Kind::kLog : Kind::kLinear;
+}
+
+std::vector<double> FreeCoordinates::from_physical(const std::vector<double>& p) const {
+  const double arm_share = 1.0 - p[kAm] - p[kAg];
+  std::vector<double> z;
+  for (int k = 0; k < size(); ++k) {
+    const Parameter& parameter = parameters_[unknowns_[k]];
+    const double value = inside(parameter, p[unknowns_[k]]);
+    switch (kinds_[k]) {
+      case Kind::kShare:
+        z.push_back(std::log(value / arm_share));
+        break;
+      case Kind::kLog:
+        z.push_back(std::log(value - parameter.lower));
+        break;
+      case Kind::kInterval:
+        z.push_back(std::log((value - parameter.lower) / (parameter.upper - value)));
+        break;
+      case Kind::kLinear:
+        z.push_back(value);
+        break;
+    }
+  }
+  return z;
+}
+
+double FreeCoordinates::slope(int position, double value) const {
+  const Parameter& p = parameters_[unknowns_[position]];
+  if (kinds_[position] == Kind::kLinear) return 1.0;
+  if (kinds_[position] == Kind::kLog) return value - p.lower;
+  return (value - p.lower) * (p.upper - value) / (p.upper - p.lower);
+}
+
+double FreeCoordinates::natural_unit(int position, double value) const {
+  const bool relative = kinds_[position] == Kind::kShare || kinds_[position] == Kind::kLog;
+  return relative ? 1.0 : parameters_[unknowns_[position]].scale / slope(position, value);
+}
+
+}  // namespace armukf

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "armukf/core/dual.hpp"
+#include "armukf/model/model.hpp"
+
+namespace armukf {
+
+/// Free coordinates z, any real number, of the unknown parameters: whatever z is, the parameters
+/// are inside their bounds, so that no sigma point and no search step is ever unphysical.
+///
+///     share      a_m, a_g       a_i = T e^{z_i} / (1 + sum_j e^{z_j}), T = 1 - the known shares:
+///                               z_i = ln(a_i / a_a), a_a the arm's share
+///     log        [l, inf)       l + e^z
+///     interval   [l, h]         l + (h - l) / (1 + e^-z)
+///     linear     unbounded      z
+///
+/// A share has no other bounds here than 0 and what the others leave.
+class FreeCoordinates {
+ public:
+  explicit FreeCoordinates(const Model& model);
+
+  int size() const { return static_cast<int>(unknowns_.size()); }
+
+  /// Positions of the unknown parameters in the model, in the order of z.
+  const std::vector<int>& unknowns() const { return unknowns_; }
+
+  /// All parameters p of the model (known ones as they are) from the free coordinates z.
+  template <class T>
+  void to_physical(const T* z, T* p) const;
+
+  /// The free coordinates of given parameter values (one per parameter of the model). A value on
+  /// its bound, which no z reaches, is first moved inside by the parameter's scale.
+  std::vector<double> from_physical(const std::vector<double>& p) const;
+
+  /// Standard deviations of the unknowns' physical values (first order), in the order of z, from
+  /// their physical values p (one per parameter of the model) and cov(z_i, z_j) = covariance(i, j).
+  template <class Covariance>
+  void deviations(const double* p, const Covariance& covariance, double* sd) const;
+
+  /// How far z moves for a change of "one size": 1 for shares and logarithms, where z is relative
+  /// by nature; elsewhere the step of z that moves the parameter by its scale, at that value.
+  double natural_unit(int position, double value) const;
+
+ private:
+  enum class Kind { kShare, kLog, kInterval, kLinear };
+  Kind kind_of(int parameter) const;
+  double slope(int position, double value) const;  // dp/dz, for all but shares
+
+  std::vector<Parameter> parameters_;
+  std::vector<int> unknowns_;
+  std::vector<Kind> kinds_;
+  double free_share_ = 1.0;  // what the known shares leave
+};
+
+template <class T>
+void FreeCoordinates::to_physical(const T* z, T* p) const {
+  for (std::size_t i = 0; i < parameters_.size(); ++i) p[i] = T() + parameters_[i].value;
+  T shares = T() + 1.0;
+  for (int k = 0; k < size(); ++k) {
+    const Parameter& parameter = parameters_[unknowns_[k]];
+    T& value = p[unknowns_[k]];
+    switch (kinds_[k]) {
+      case Kind::kShare:
+        value = exp(z[k]);
+        shares += value;
+        break;
+      case Kind::kLog:
+        value = parameter.lower + exp(z[k]);
+        break;
+      case Kind::kInterval:
+        value = parameter.lower + (parameter.upper - parameter.lower) / (1.0 + exp(T(-z[k])));
+        break;
+      case Kind::kLinear:
+        value = z[k];
+        break;
+    }
+  }
+  const T unit = free_share_ / shares;
+  for (int k = 0; k < size(); ++k)
+    if (kinds_[k] == Kind::kShare) p[unknowns_[k]] = p[unknowns_[k]] * unit;
+}
+
+template <class Covariance>
+void FreeCoordinates::deviations(const double* p, const Covariance& covariance, double* sd) const {
+  for (int k = 0; k < size(); ++k) {
+    const double value = p[unknowns_[k]];
+    if (kinds_[k] != Kind::kShare) {
+      sd[k] = std::sqrt(covariance(k, k)) * slope(k, value);
+      continue;
+    }
+    // da_k/dz_j = a_k (delta_kj - a_j / T)
+    double variance = 0.0;
+    const auto relative = [&](int j) { return (j == k) - p[unknowns_[j]] / free_share_; };
+    for (int i = 0; i < size(); ++i)
+      for (int j = 0; j < size(); ++j)
+        if (kinds_[i] == Kind::kShare && kinds_[j] == Kind::kShare)
+          variance += relative(i) * relative(j) * covariance(i, j);
+    sd[k] = value * std::sqrt(variance);
+  }
+}
+
+}  // namespace armukf

@@ -1,0 +1,115 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+#include "armukf/core/dual.hpp"
+#include "armukf/core/lanes.hpp"
+#include "armukf/model/coordinates.hpp"
+#include "armukf/model/model.hpp"
+
+namespace armukf {
+
+/// A row per state (or parameter), each of numbers T.
+template <class T, int N>
+using Rows = std::array<T, N>;
+
+/// dx/dt of a whole model, arm and effects, with all that does not change during a step worked out
+/// once. T is double (runs it), Dual (differentiates it) or Pack (several points at once).
+template <class T>
+class Dynamics {
+ public:
+  Dynamics() = default;
+
+  /// p: a value per parameter of the model, in its order; both must outlive this.
+  Dynamics(const Model& model, const T* p)
+      : effects_(&model.effects), parameters_(p), coefficients_(p) {}
+
+  /// t in s since the first sample; u in N.m; x and dx hold a value per state of the model.
+  void derivative(double t, const T& u, const T* x, T* dx) const {
+    const auto arm = effects_->empty()
+                         ? armukf::derivative(coefficients_, x, u)
+                         : armukf::derivative(coefficients_, x, u, contributions(t, u, x, dx));
+    std::ranges::copy(arm, dx);
+  }
+
+ private:
+  /// Sum of the effects' torques; writes the rates of their states into dx.
+  Contribution<T> contributions(double t, const T& u, const T* x, T* dx) const {
+    const Motion<T> motion{t, u, x[0], x[1], x[2], x[3], x[4]};
+    Contribution<T> sum;
+    for (const EffectSlot& slot : *effects_) {
+      std::visit(
+          [&]<class E>(const E&) {
+            const T* own = x + slot.first_state;
+            const T* p = parameters_ + slot.first_parameter;
+            sum += E::contribute(motion, own, p);
+            if constexpr (!E::states.empty()) E::rates(motion, own, p, dx + slot.first_state);
+          },
+          slot.effect);
+    }
+    return sum;
+  }
+
+  const std::vector<EffectSlot>* effects_ = nullptr;
+  const T* parameters_ = nullptr;
+  Coefficients<T> coefficients_;
+};
+
+/// The model as a system of equations that an Odeint stepper moves: f(x, dx, t) over N rows of
+/// numbers T, of which the model's states are the first; the parameters are those of the free
+/// coordinates z. The input u (N.m) is held.
+template <class T, int N>
+class System {
+ public:
+  System(const Model& model, const FreeCoordinates& coordinates, const T* z, double u) : u_(u) {
+    coordinates.to_physical(z, parameters_.data());
+    dynamics_ = Dynamics<T>(model, parameters_.data());
+  }
+  System(const System&) = delete;  // the dynamics point into this
+  System& operator=(const System&) = delete;
+
+  void operator()(const Rows<T, N>& x, Rows<T, N>& dx, double t) const {
+    dynamics_.derivative(t, u_, x.data(), dx.data());
+  }
+
+ private:
+  T u_;
+  std::array<T, kMaxParameters> parameters_;
+  Dynamics<T> dynamics_;
+};
+
+/// The same for rows of lanes, one pack of lanes after the other.
+template <int L, int N>
+class System<Lanes<L>, N> {
+ public:
+  System(const Model& model, const FreeCoordinates& coordinates, const Lanes<L>* z, double u)
+      : u_(broadcast(u)) {
+    std::array<Pack, kMaxParameters> column;
+    for (int k = 0; k < kPacks; ++k) {
+      for (int i = 0; i < coordinates.size(); ++i) column[i] = z[i].packs[k];
+      coordinates.to_physical(column.data(), parameters_[k].data());
+      dynamics_[k] = Dynamics<Pack>(model, parameters_[k].data());
+    }
+  }
+  System(const System&) = delete;
+  System& operator=(const System&) = delete;
+
+  void operator()(const Rows<Lanes<L>, N>& x, Rows<Lanes<L>, N>& dx, double t) const {
+    for (int k = 0; k < kPacks; ++k) {
+      std::array<Pack, N> point;
+      std::array<Pack, N> rate;
+      for (int i = 0; i < N; ++i) point[i] = x[i].packs[k];
+      dynamics_[k].derivative(t, u_, point.data(), rate.data());
+      for (int i = 0; i < N; ++i) dx[i].packs[k] = rate[i];
+    }
+  }
+
+ private:
+  static constexpr int kPacks = Lanes<L>::kPacks;
+  Pack u_;
+  std::array<std::array<Pack, kMaxParameters>, kPacks> parameters_;
+  std::array<Dynamics<Pack>, kPacks> dynamics_;
+};
+
+}  // namespace armukf

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "armukf/core/record.hpp"
+#include "armukf/model/model.hpp"
+#include "armukf/online/settings.hpp"
+
+namespace armukf {
+
+/// What became of a sample's measurement.
+enum class Status { kOk, kMissing, kRejected, kGap, kReset };
+std::string_view name_of(Status status);
+
+/// What is believed after a sample. The spans stay valid until the next step.
+struct Estimate {
+  Sample sample;
+  double predicted;             // rad/s, y before the measurement was seen
+  double innovation;            // rad/s, y - predicted; NaN if missing
+  double innovation_sd;         // rad/s
+  double nis;                   // innovation^2 / innovation_sd^2; NaN if missing
+  double log_likelihood;        // of this measurement, given those before; 0 if it was not used
+  Status status;
+  std::span<const double> values;      // states, then unknown parameters, physical
+  std::span<const double> deviations;  // one standard deviation of each
+};
+
+/// A recursive estimate of states and unknown parameters: a sample in, what is believed out.
+/// After the first step nothing is allocated.
+class Session {
+ public:
+  Session(const Model& model, const EstimatorSettings& settings);
+  ~Session();
+  Session(Session&&) noexcept;
+  Session& operator=(Session&&) noexcept;
+
+  /// Takes the next sample; its time must be later than that of the last one.
+  Estimate step(const Sample& sample);
+
+  /// The model with the unknown parameters as believed now.
+  Model model() const;
+
+  /// One standard deviation of each parameter of the model; 0 for a known one.
+  std::vector<double> parameter_deviations() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace armukf

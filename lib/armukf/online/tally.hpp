@@ -1,0 +1,26 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "armukf/core/statistics.hpp"
+#include "armukf/online/session.hpp"
+
+namespace armukf {
+
+/// What a record's estimates came to, in constant memory.
+class Tally {
+ public:
+  void add(const Estimate& estimate);
+
+  std::size_t samples() const { return samples_; }
+  std::size_t count(Status status) const { return counts_[static_cast<std::size_t>(status)]; }
+  const InnovationStatistics& innovations() const { return innovations_; }
+
+ private:
+  std::size_t samples_ = 0;
+  std::array<std::size_t, 5> counts_{};  // by Status
+  InnovationStatistics innovations_;
+};
+
+}  // namespace armukf

@@ -1,0 +1,15 @@
+# Sourced by the other scripts: leaves the shell at the top of the tree and stops it at any failure.
+
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+say() { printf '== %s\n' "$*"; }
+
+# build PRESET [TARGET...]: configures, then builds what has changed.
+build() {
+  local preset=$1
+  shift
+  say "build $preset${*:+: $*}"
+  cmake --preset "$preset" -Wno-dev --log-level=WARNING > /dev/null
+  cmake --build --preset "$preset" ${*:+--target "$@"}
+}
