@@ -20,25 +20,29 @@ constexpr int kDone = 0;
 constexpr int kFailed = 1;
 constexpr int kWrongInput = 2;
 
-constexpr std::string_view kVersion = "armukf " ARMUKF_VERSION;
-constexpr std::string_view kDefaultCommand = "estimate";
+constexpr const char* kVersion = "armukf " ARMUKF_VERSION;
+constexpr const char* kDefault = "estimate";
 
 void add_commands(CLI::App& program) {
   program.require_subcommand(1);
   add_estimate(program);
   add_simulate(program);
-  program.set_version_flag("--version", std::string(kVersion));
+  program.set_version_flag("--version", kVersion);
   for (CLI::App* command : program.get_subcommands({}))
-    command->set_version_flag("--version", std::string(kVersion));
+    command->set_version_flag("--version", kVersion);
+}
+
+/// Whether a word at the front is for the program itself, not for the default command.
+bool chooses_command(const CLI::App& program, const std::string& word) {
+  constexpr std::array<std::string_view, 3> kOwnOptions{"-h", "--help", "--version"};
+  return std::ranges::find(kOwnOptions, word) != kOwnOptions.end() ||
+         std::ranges::any_of(program.get_subcommands({}),
+                             [&](const CLI::App* command) { return command->get_name() == word; });
 }
 
 /// What the user typed, last word first as CLI11 takes it; the default command where none is named.
 std::vector<std::string> reversed_words(const CLI::App& program, std::vector<std::string> words) {
-  constexpr std::array<std::string_view, 3> kOwnOptions{"-h", "--help", "--version"};
-  const bool named =
-      !words.empty() && (program.get_subcommand_no_throw(words[0]) != nullptr ||
-                         std::ranges::find(kOwnOptions, words[0]) != kOwnOptions.end());
-  if (!named) words.insert(words.begin(), std::string(kDefaultCommand));
+  if (words.empty() || !chooses_command(program, words[0])) words.insert(words.begin(), kDefault);
   std::ranges::reverse(words);
   return words;
 }

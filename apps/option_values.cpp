@@ -18,16 +18,16 @@ bool read_whole(std::string_view text, Number& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-/// A check that passes, with an empty message, where `fault` finds nothing to say.
-CLI::Validator check(const std::function<std::string(double)>& fault, const std::string& kind) {
-  const auto complaint = [fault](const std::string& text) -> std::string {
+/// A check that the number of an option's text passes; `wanted` completes "must be".
+CLI::Validator check(const std::function<bool(double)>& passes, const std::string& wanted) {
+  const auto complaint = [passes, wanted](const std::string& text) -> std::string {
     try {
-      return fault(number_in(text));
+      return passes(number_in(text)) ? "" : fmt::format("must be {}, not {}", wanted, text);
     } catch (const InputError& error) {
       return error.what();
     }
   };
-  return {complaint, kind};
+  return {complaint, ""};
 }
 
 }  // namespace
@@ -40,19 +40,16 @@ double number_in(std::string_view text) {
 }
 
 CLI::Validator number_from(double least) {
-  return check(
-      [least](double value) {
-        return value >= least ? "" : fmt::format("must be at least {}, not {}", least, value);
-      },
-      "NUMBER");
+  return check([least](double value) { return value >= least; }, fmt::format("at least {}", least));
 }
 
-CLI::Validator number_above(double least) {
-  return check(
-      [least](double value) {
-        return value > least ? "" : fmt::format("must be above {}, not {}", least, value);
-      },
-      "NUMBER");
+CLI::Validator number_above(double bound) {
+  return check([bound](double value) { return value > bound; }, fmt::format("above {}", bound));
+}
+
+CLI::Validator number_to(double greatest) {
+  return check([greatest](double value) { return value <= greatest; },
+               fmt::format("at most {}", greatest));
 }
 
 CLI::Validator whole_number(std::uint64_t least, std::uint64_t greatest) {
@@ -61,7 +58,7 @@ CLI::Validator whole_number(std::uint64_t least, std::uint64_t greatest) {
     if (read_whole(text, value) && value >= least && value <= greatest) return {};
     return fmt::format("must be a whole number from {} to {}, not '{}'", least, greatest, text);
   };
-  return {complaint, "NUMBER"};
+  return {complaint, ""};
 }
 
 }  // namespace armukf::apps

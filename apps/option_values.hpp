@@ -12,9 +12,11 @@ namespace armukf::apps {
 /// The finite number that the whole text says; InputError, `'abc' is not a number`, otherwise.
 double number_in(std::string_view text);
 
-/// Checks of an option's text, to be attached to it: a finite number from `least` on, or above it.
+/// Checks of an option's text, to be attached to it: a finite number from a bound on, above it, or
+/// up to it.
 CLI::Validator number_from(double least);
-CLI::Validator number_above(double least);
+CLI::Validator number_above(double bound);
+CLI::Validator number_to(double greatest);
 
 /// A whole number from `least` to `greatest`.
 CLI::Validator whole_number(std::uint64_t least, std::uint64_t greatest);

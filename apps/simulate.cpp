@@ -1,16 +1,18 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
-#include <cstdio>
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 
 #include "armukf/batch/experiment.hpp"
+#include "armukf/core/error.hpp"
 #include "armukf/io/atomic_file.hpp"
 #include "armukf/io/csv_writer.hpp"
 #include "commands.hpp"
@@ -20,8 +22,8 @@
 namespace armukf::apps {
 namespace {
 
-constexpr int kMostSamples = 500000;      // beyond it the multisine, lines times samples, takes minutes
-constexpr double kLongestSampleS = 0.01;  // s; the speed loop is unstable from about 0.02 s on
+constexpr int kMostSamples = 500000;  // lines times samples of the multisine take half a minute
+constexpr double kLongestSampleS = 0.002;  // s; the speed loop is unstable from 0.004 s on
 
 struct SimulateOptions {
   std::string output;
@@ -40,7 +42,8 @@ std::string command_text(const SimulateOptions& o, const Model& model) {
       "--torque-disturbance {}",
       name_of(s.kind), s.seed, s.samples, s.sample_time_s, s.sensor_noise, s.torque_disturbance);
   for (const EffectSlot& slot : model.effects)
-    std::visit([&]<class E>(const E&) { text += fmt::format(" --effect {}", E::name); }, slot.effect);
+    std::visit([&]<class E>(const E&) { text += fmt::format(" --effect {}", E::name); },
+               slot.effect);
   for (const Parameter& p : model.parameters) text += fmt::format(" --set {}={}", p.name, p.value);
   return text;
 }
@@ -55,5 +58,76 @@ void write_record(const SimulateOptions& o, const Model& model, const Record& re
   file.commit();
 }
 
+void write_summary(const SimulateOptions& o, const Model& model) {
+  const ExperimentSettings& s = o.settings;
+  nlohmann::ordered_json summary{{"file", o.output},
+                                 {"experiment", name_of(s.kind)},
+                                 {"seed", s.seed},
+                                 {"samples", s.samples},
+                                 {"sample_time_s", s.sample_time_s}};
+  for (const Parameter& p : model.parameters)
+    summary["parameters"][p.name] = {{"value", p.value}, {"unit", p.unit}, {"known", p.known}};
+  AtomicFile file(o.report.json);
+  file.write(summary.dump(2) + "\n");
+  file.commit();
+}
+
+void simulate(SimulateOptions& o) {
+  if (o.output == "-" && o.report.json == "-")
+    throw InputError("--json: standard output is taken by -o");
+  ExperimentSettings& s = o.settings;
+  s.kind = of_option("--experiment", [&] { return find_experiment(o.experiment); });
+  const Model model = chosen_model(o.model, {published_estimate(), {}}).model;
+  const Record record =
+      of_option("--samples", [&] { return simulate_experiment(model, s).record; });
+  if (!std::isfinite(record.samples.back().y))
+    throw std::runtime_error("the arm with these parameters runs away under speed control");
+  write_record(o, model, record);
+  if (!o.report.json.empty()) write_summary(o, model);
+  if (!o.report.quiet && o.output != "-" && o.report.json != "-")
+    fmt::print("{}: {} samples, {} s of {}\n", o.output, s.samples, s.samples * s.sample_time_s,
+               record.name);
+}
+
+void add_experiment_options(CLI::App& command, SimulateOptions& o) {
+  ExperimentSettings& s = o.settings;
+  command.option_defaults()->always_capture_default();
+  command.add_option("--experiment", o.experiment,
+                     fmt::format("one of {}", fmt::join(experiment_names(), ", ")));
+  command.add_option("--seed", s.seed, "of the phases and of all noise")
+      ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()));
+  command.add_option("--samples", s.samples, "length of the record, one period of the reference")
+      ->check(whole_number(1, kMostSamples));
+  command.add_option("--sample-time-s", s.sample_time_s, "s between samples")
+      ->check(number_above(0.0) & number_to(kLongestSampleS));
+  command
+      .add_option("--sensor-noise", s.sensor_noise, "rad/s, sd of the speed sensor's white noise")
+      ->check(number_from(0.0));
+  command
+      .add_option(
+          "--torque-disturbance", s.torque_disturbance,
+          "N.m, sd of a white torque at the motor that is not in the record, held per sample")
+      ->check(number_from(0.0));
+  command.option_defaults()->always_capture_default(false);
+}
+
 }  // namespace
+
+void add_simulate(CLI::App& program) {
+  CLI::App& command =
+      *program.add_subcommand("simulate", "One experiment of the arm under speed control");
+  command.footer(
+      "The parameters are those of the published batch estimate, unless --model or --set give "
+      "others.");
+  const auto o = std::make_shared<SimulateOptions>();
+  command.add_option("-o,--output", o->output, "the record, as CSV; - is standard output")
+      ->required()
+      ->type_name("FILE");
+  add_experiment_options(command, *o);
+  add_model_options(command, o->model);
+  add_report_options(command, o->report);
+  add_columns_option(command, o->columns);
+  command.callback([o] { simulate(*o); });
+}
+
 }  // namespace armukf::apps

@@ -15,8 +15,10 @@
 namespace armukf {
 namespace {
 
-constexpr double kTolerance = 1e-11;     // rad and rad/s, absolute and relative, per step
-constexpr double kShortestRunInS = 5.0;  // s; the slowest mode decays in tenths of one
+constexpr double kTolerance = 1e-11;  // rad and rad/s, absolute and relative, per step
+
+// s, over which the slowest mode, of the arm against a motor that the loop holds, falls to 1e-6.
+constexpr double kShortestRunInS = 9.0;
 
 /// Speed error (rad/s) -> torque (N.m), with the integral as its only memory.
 class TorqueCommand {

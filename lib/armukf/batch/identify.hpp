@@ -5,9 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "armukf/batch/simulation.hpp"
+#include "armukf/batch/initial_states.hpp"
 #include "armukf/core/record.hpp"
-#include "armukf/fit/least_squares.hpp"
 #include "armukf/model/model.hpp"
 #include "armukf/ode/propagate.hpp"
 
@@ -16,11 +15,11 @@ namespace armukf {
 /// What the user may choose of a batch estimate, beside the model.
 struct IdentifySettings {
   Propagation propagation;
-  std::vector<int> free_initial_states{kSpeedMotor, kSpeedGear, kSpeedArm};  // the others are 0
+  InitialChoice initial;
   int starts = 1;          // searches; the first from the model's values, the rest drawn about them
   std::uint64_t seed = 1;  // of the drawn starts
   bool robust = false;     // Huber's loss in place of squares
-  SearchLimits limits;
+  int iterations = 100;    // at most, of one search
 };
 
 /// What was found about an unknown parameter.
@@ -32,32 +31,24 @@ struct ParameterEstimate {
   bool on_bound;       // the search pressed against a bound: the sd do not hold
 };
 
-/// One experiment under the estimated parameters.
-struct ExperimentFit {
-  double fit_percent;
-  double mse;             // (rad/s)^2
-  InitialStates initial;  // sd of the free ones, for residuals of any colour
-  std::vector<double> y;  // rad/s, simulated
-};
-
 /// Output-error least squares over one or more records.
 struct Identification {
   Model model;  // with the estimated values
   std::vector<ParameterEstimate> parameters;
-  Eigen::MatrixXd correlation;  // of the parameters' estimates, in their order
-  std::vector<ExperimentFit> experiments;
-  double fit_percent;  // over all experiments, each about its own mean
-  double mse;
-  double fpe;           // mse (1 + d/N) / (1 - d/N), d free variables
-  double aic;           // N ln(mse) + N (ln(2 pi) + 1) + 2 d
-  double bic;           // the same with d ln(N)
+  Eigen::MatrixXd correlation;             // of the parameters' estimates, white residuals
+  std::vector<SimulationFit> experiments;  // initial states with sd for residuals of any colour
+  double fit_percent = 0.0;                // over all experiments, each about its own mean
+  double mse = 0.0;                        // (rad/s)^2
+  double fpe = 0.0;     // mse (1 + d/N) / (1 - d/N), d free variables, N measurements
+  double aic = 0.0;     // N ln(mse) + N (ln(2 pi) + 1) + 2 d
+  double bic = 0.0;     // the same with d ln(N)
   int iterations = 0;   // of all searches
-  int evaluations = 0;  // simulations of all records, with or without sensitivities
-  bool converged;
-  std::string termination;
-  int starts;
-  int agreeing;        // starts that ended in the best minimum
-  double huber_scale;  // rad/s, beyond which a residual counts less; infinite for plain squares
+  int evaluations = 0;  // simulations of all records with their sensitivities
+  bool converged = false;
+  std::string termination;  // why the best search ended, in words
+  int starts = 0;
+  int agreeing = 0;          // starts that ended in the best minimum
+  double huber_scale = 0.0;  // rad/s, beyond which a residual counts less; infinite for squares
 };
 
 /// Minimises the squared simulation error of the motor speed over the model's unknown parameters

@@ -1,128 +1,166 @@
 #include "armukf/batch/output_error.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <functional>
+#include <limits>
 
-#include "armukf/core/dual.hpp"
+#include "armukf/fit/loss.hpp"
 
 namespace armukf {
 namespace {
 
-/// dp/dz of the unknown parameters, in their order.
-Eigen::MatrixXd physical_slopes(const FreeCoordinates& coordinates, const double* z) {
-  constexpr int kAtOnce = 8;
-  const int n = coordinates.size();
-  Eigen::MatrixXd slopes(n, n);
-  for (int first = 0; first < n; first += kAtOnce) {
-    const int count = std::min(kAtOnce, n - first);
-    std::array<Dual<kAtOnce>, kMaxParameters> p;
-    std::vector<Dual<kAtOnce>> seeds(z, z + n);
-    for (int j = 0; j < count; ++j) seeds[first + j].gradient[j] = 1.0;
-    coordinates.to_physical(seeds.data(), p.data());
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j < count; ++j)
-        slopes(i, first + j) = p[coordinates.unknowns()[i]].gradient[j];
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+/// rad; a spring that winds by more is not one: the search has let an arm go that then floats about
+/// and mimics a drifting torque.
+constexpr double kWound = 10.0;
+
+/// A trial step is mostly accepted, and then its Jacobian is wanted as well, which costs hardly
+/// more when both are found at once: keeps what the last trial gave.
+class Trials {
+ public:
+  Trials(const OutputError& error, double huber_scale) : error_(error), huber_scale_(huber_scale) {}
+
+  bool operator()(const double* v, double* r, double* J) {
+    const std::vector<double> at(v, v + error_.variables());
+    if (at != at_) {
+      at_ = at;
+      found_ = error_.evaluate(v);
+      ++simulations_;
+      if (found_.valid) soften(huber_scale_, found_.r, found_.J);
+    }
+    if (!found_.valid) return false;
+    std::copy_n(found_.r.data(), found_.r.size(), r);
+    if (J != nullptr) std::copy_n(found_.J.data(), found_.J.size(), J);
+    return true;
   }
-  return slopes;
+
+  int simulations() const { return simulations_; }
+
+ private:
+  const OutputError& error_;
+  double huber_scale_;
+  std::vector<double> at_;
+  OutputError::Evaluation found_;
+  int simulations_ = 0;
+};
+
+/// How fast (rad/s) a mass of a record may start: the motor was never seen at a third of it.
+double fastest(const std::vector<Sample>& samples) {
+  constexpr double kFaster = 3.0;
+  double speed = 0.0;
+  for (const Sample& s : samples)
+    if (!std::isnan(s.y)) speed = std::max(speed, std::abs(s.y));
+  return speed > 0.0 ? kFaster * speed : kInfinite;
 }
 
 }  // namespace
 
 OutputError::OutputError(const Model& model, const std::vector<Record>& records,
-                         const std::vector<int>& free_states, const Propagation& propagation)
+                         const InitialChoice& initial, const Propagation& propagation)
     : model_(model),
       records_(records),
-      free_states_(free_states),
+      initial_(initial),
       propagation_(propagation),
-      coordinates_(model) {
-  for (const Record& record : records) rows_ += static_cast<int>(record.samples.size());
+      unknowns_(model.unknowns()) {
+  for (const Record& record : records) {
+    rows_ += static_cast<int>(record.samples.size());
+    measured_ += static_cast<int>(
+        std::ranges::count_if(record.samples, [](const Sample& s) { return !std::isnan(s.y); }));
+  }
 }
 
-std::vector<double> OutputError::start() const {
-  std::vector<double> values;
-  for (const Parameter& p : model_.parameters) values.push_back(p.value);
-  std::vector<double> v = coordinates_.from_physical(values);
+Variables OutputError::variables_of_model() const {
+  Variables variables;
+  const auto add = [&](double start, double lower, double upper) {
+    variables.start.push_back(std::clamp(start, lower, upper));
+    variables.lower.push_back(lower);
+    variables.upper.push_back(upper);
+  };
+  for (const int i : unknowns_) {
+    const Parameter& p = model_.parameters[i];
+    add(p.value, p.lower, p.upper);
+  }
   for (const Record& record : records_) {
-    const std::vector<double> rest = rest_at_first_speed(model_, record.samples);
-    for (const int i : free_states_) v.push_back(rest[i]);
+    const std::vector<double> guess = initial_guess(model_, initial_, record.samples);
+    for (const int i : initial_.free) {
+      const bool twist = i == kTwistGear || i == kTwistArm;
+      const double most = twist ? kWound : i < kArmStates ? fastest(record.samples) : kInfinite;
+      add(guess[i], -most, most);
+    }
   }
-  return v;
-}
-
-std::vector<double> OutputError::drawn_start(std::mt19937_64& generator) const {
-  std::vector<double> v = start();
-  const Model inside = model_at(v.data());
-  std::normal_distribution<double> normal;
-  for (int k = 0; k < unknowns(); ++k) {
-    const Parameter& p = inside.parameters[coordinates_.unknowns()[k]];
-    v[k] += normal(generator) * p.spread * coordinates_.natural_unit(k, p.value);
-  }
-  return v;
+  return variables;
 }
 
 Model OutputError::model_at(const double* v) const {
-  std::array<double, kMaxParameters> p;
-  coordinates_.to_physical(v, p.data());
   Model model = model_;
-  for (const int i : coordinates_.unknowns()) model.parameters[i].value = p[i];
+  for (int k = 0; k < unknowns(); ++k) model.parameters[unknowns_[k]].value = v[k];
   return model;
 }
 
 std::vector<double> OutputError::initial_states_at(const double* v, int record) const {
-  std::vector<double> x0 = rest_at_first_speed(model_, records_[record].samples);
-  for (int j = 0; j < free_states(); ++j) x0[free_states_[j]] = v[first_state(record) + j];
+  std::vector<double> x0 = initial_guess(model_, initial_, records_[record].samples);
+  for (int j = 0; j < free_states(); ++j) x0[initial_.free[j]] = v[first_state(record) + j];
   return x0;
 }
 
-Sensitivities OutputError::sensitivities_of(const Model& model, const double* v, int record) const {
-  return sensitivities(model, initial_states_at(v, record), records_[record].samples, propagation_,
-                       {coordinates_.unknowns(), free_states_});
+OutputError::Evaluation OutputError::evaluate(const double* v) const {
+  const Model model = model_at(v);
+  Evaluation all{.valid = true, .r = Eigen::VectorXd(rows_), .J = {}};
+  if (records_.size() > 1) all.J = JacobianMatrix::Zero(rows_, variables());
+  const std::vector<Stretch> rows = stretches();
+  for (std::size_t e = 0; e < records_.size() && all.valid; ++e)
+    all.valid = evaluate(model, v, static_cast<int>(e), rows[e].first, all);
+  return all;
 }
 
-bool OutputError::residuals(const double* v, double* r, double* J) const {
-  const Model model = model_at(v);
-  Eigen::MatrixXd slopes;
-  if (J != nullptr) slopes = physical_slopes(coordinates_, v);
-  int row = 0;
-  for (int e = 0; e < static_cast<int>(records_.size()); ++e) {
-    const std::vector<Sample>& samples = records_[e].samples;
-    const int n = static_cast<int>(samples.size());
-    std::vector<double> y;
-    if (J == nullptr) {
-      y = simulate(model, initial_states_at(v, e), samples, propagation_);
-    } else {
-      Sensitivities simulated = sensitivities_of(model, v, e);
-      y = std::move(simulated.y);
-      for (int k = 0; k < n; ++k)
-        if (std::isnan(samples[k].y)) simulated.gradient.row(k).setZero();
-      Eigen::Map<JacobianMatrix> rows(J + row * variables(), n, variables());
-      rows.setZero();
-      rows.leftCols(unknowns()).noalias() = simulated.gradient.leftCols(unknowns()) * slopes;
-      rows.middleCols(first_state(e), free_states()) = simulated.gradient.rightCols(free_states());
-    }
-    if (std::isnan(y.back())) return false;
-    for (int k = 0; k < n; ++k, ++row)
-      r[row] = std::isnan(samples[k].y) ? 0.0 : y[k] - samples[k].y;
+bool OutputError::evaluate(const Model& model, const double* v, int record, Eigen::Index first,
+                           Evaluation& all) const {
+  const std::vector<Sample>& samples = records_[record].samples;
+  Sensitivities found = sensitivities(model, initial_states_at(v, record), samples, propagation_,
+                                      {unknowns_, initial_.free});
+  if (samples.empty()) return true;
+  if (std::isnan(found.y.back()) || found.largest_twist > kWound) return false;
+  const auto n = static_cast<Eigen::Index>(samples.size());
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const bool missing = std::isnan(samples[k].y);
+    all.r[first + k] = missing ? 0.0 : found.y[k] - samples[k].y;
+    if (missing) found.gradient.row(k).setZero();
   }
+  if (records_.size() == 1) {
+    all.J = std::move(found.gradient);
+    return true;
+  }
+  auto rows = all.J.middleRows(first, n);
+  rows.leftCols(unknowns()) = found.gradient.leftCols(unknowns());
+  rows.middleCols(first_state(record), free_states()) = found.gradient.rightCols(free_states());
   return true;
 }
 
-JacobianMatrix OutputError::physical_jacobian(const double* v) const {
-  JacobianMatrix J = JacobianMatrix::Zero(rows(), variables());
-  const Model model = model_at(v);
-  int row = 0;
-  for (int e = 0; e < static_cast<int>(records_.size()); ++e) {
-    const std::vector<Sample>& samples = records_[e].samples;
-    const Sensitivities simulated = sensitivities_of(model, v, e);
-    for (std::size_t k = 0; k < samples.size(); ++k, ++row) {
-      if (std::isnan(samples[k].y)) continue;
-      const auto gradient = simulated.gradient.row(static_cast<int>(k));
-      J.row(row).head(unknowns()) = gradient.head(unknowns());
-      J.row(row).segment(first_state(e), free_states()) = gradient.tail(free_states());
-    }
+std::vector<Stretch> OutputError::stretches() const {
+  std::vector<Stretch> stretches;
+  Eigen::Index first = 0;
+  for (const Record& record : records_) {
+    stretches.push_back({first, static_cast<Eigen::Index>(record.samples.size())});
+    first += stretches.back().count;
   }
-  return J;
+  return stretches;
+}
+
+Minimum search(const OutputError& error, const Variables& variables, double huber_scale,
+               const SearchLimits& limits) {
+  Trials trials(error, huber_scale);
+  Minimum minimum = least_squares(variables, error.rows(), std::ref(trials), limits);
+  minimum.evaluations = trials.simulations();
+  return minimum;
+}
+
+SearchLimits limits_for(const OutputError& error) {
+  // Near the minimum the cost rises by half the residuals' variance where a variable moves by one
+  // standard deviation: by 1/N of itself.
+  constexpr double kStep = 1.0 / 30;
+  return {.cost_tolerance = kStep * kStep / std::max(1, error.measured())};
 }
 
 }  // namespace armukf

@@ -1,59 +1,73 @@
 #pragma once
 
-#include <random>
+#include <array>
 #include <vector>
 
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/record.hpp"
-#include "armukf/model/coordinates.hpp"
+#include "armukf/fit/covariance.hpp"
+#include "armukf/fit/least_squares.hpp"
 #include "armukf/model/model.hpp"
 #include "armukf/ode/propagate.hpp"
 
 namespace armukf {
 
-/// The simulation error of all records, one after the other, as a function of the variables v: free
-/// coordinates of the unknown parameters, then the free initial states of each record.
+/// Simulated minus measured speed of one or more records, one after the other, as a function of
+/// the variables v: the unknown parameters, then the free initial states of each record, all in
+/// their own units.
 class OutputError {
  public:
-  /// free_states: positions of the initial states that are searched for; the others are those of
-  /// rest_at_first_speed. All arguments must outlive this.
-  OutputError(const Model& model, const std::vector<Record>& records,
-              const std::vector<int>& free_states, const Propagation& propagation);
+  /// All arguments must outlive this.
+  OutputError(const Model& model, const std::vector<Record>& records, const InitialChoice& initial,
+              const Propagation& propagation);
 
   int rows() const { return rows_; }
-  int unknowns() const { return coordinates_.size(); }
-  int free_states() const { return static_cast<int>(free_states_.size()); }
+  int measured() const { return measured_; }  // rows with a measurement
+  int unknowns() const { return static_cast<int>(unknowns_.size()); }
+  int free_states() const { return static_cast<int>(initial_.free.size()); }
   int variables() const { return first_state(static_cast<int>(records_.size())); }
-  const FreeCoordinates& coordinates() const { return coordinates_; }
-
-  /// Variables for the model's own values and all masses at the first measured speed.
-  std::vector<double> start() const;
-
-  /// The same with parameters drawn from their prior about the model's values.
-  std::vector<double> drawn_start(std::mt19937_64& generator) const;
-
-  Model model_at(const double* v) const;
-  std::vector<double> initial_states_at(const double* v, int record) const;
-
-  /// Simulated minus measured speed, 0 where none was measured; its derivatives by v where J is
-  /// not null. False where a simulation runs away.
-  bool residuals(const double* v, double* r, double* J) const;
-
-  /// Derivatives by the parameters themselves and the free initial states.
-  JacobianMatrix physical_jacobian(const double* v) const;
 
   /// Position in v of a record's first free initial state.
   int first_state(int record) const { return unknowns() + record * free_states(); }
 
+  /// The model's own values and its bounds, all masses at the first measured speed. Initial speeds
+  /// and twists are bounded by what a machine can do.
+  Variables variables_of_model() const;
+
+  Model model_at(const double* v) const;
+  std::vector<double> initial_states_at(const double* v, int record) const;
+
+  /// Residuals and their derivatives by v, 0 where nothing was measured.
+  struct Evaluation {
+    bool valid = false;  // false: a simulation runs away, or a spring winds endlessly
+    Eigen::VectorXd r;
+    JacobianMatrix J;
+  };
+  Evaluation evaluate(const double* v) const;
+
+  /// Rows of each record.
+  std::vector<Stretch> stretches() const;
+
  private:
-  Sensitivities sensitivities_of(const Model& model, const double* v, int record) const;
+  bool evaluate(const Model& model, const double* v, int record, Eigen::Index first,
+                Evaluation& all) const;
 
   const Model& model_;
   const std::vector<Record>& records_;
-  const std::vector<int>& free_states_;
+  const InitialChoice& initial_;
   const Propagation& propagation_;
-  FreeCoordinates coordinates_;
+  std::vector<int> unknowns_;
   int rows_ = 0;
+  int measured_ = 0;
 };
+
+/// Minimum of the squared output error from the given variables on; beyond huber_scale (rad/s) an
+/// error counts by its magnitude. `evaluations` of the result counts simulations.
+Minimum search(const OutputError& error, const Variables& variables, double huber_scale,
+               const SearchLimits& limits);
+
+/// The limits at which a further step would move no variable by more than a thirtieth of its
+/// standard deviation (white residuals).
+SearchLimits limits_for(const OutputError& error);
 
 }  // namespace armukf

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <vector>
 
 #include "armukf/core/record.hpp"
@@ -31,38 +32,25 @@ struct Directions {
 struct Sensitivities {
   std::vector<double> y;
   JacobianMatrix gradient;
+  double largest_twist = 0.0;  // rad, of either spring at any sample
 };
 
 Sensitivities sensitivities(const Model& model, const std::vector<double>& x0,
                             const std::vector<Sample>& samples, const Propagation& propagation,
                             const Directions& directions);
 
-/// States at the first sample, one per state of the model, beside their standard deviations
-/// (NaN where a state was not estimated, infinite where the record says nothing about it).
-struct InitialStates {
-  std::vector<double> x0;
-  std::vector<double> sd;
+/// What is known of the states at a record's first sample; positions are those of the model.
+struct InitialChoice {
+  std::vector<int> free{kSpeedMotor, kSpeedGear, kSpeedArm};  // to be fitted to the record
+  std::map<int, double> given;                                // values of others
 };
 
-/// Springs at rest and all masses at the first speed that was measured; effects' states 0.
-std::vector<double> rest_at_first_speed(const Model& model, const std::vector<Sample>& samples);
+/// The choice with every state free.
+InitialChoice all_free(const Model& model);
 
-/// Least-squares estimate of the initial states `free`, from x0 on, with the parameters as given.
-/// Where the search fails, x0 is returned as it was.
-InitialStates fit_initial_states(const Model& model, std::vector<double> x0,
-                                 const std::vector<int>& free, const std::vector<Sample>& samples,
-                                 const Propagation& propagation);
-
-/// How well a model simulates a record.
-struct SimulationFit {
-  double fit_percent;
-  double mse;  // (rad/s)^2
-  InitialStates initial;
-  std::vector<double> y;  // rad/s, simulated, at each sample
-};
-
-/// All initial states fitted to the first `fraction` of the record, then the whole of it simulated.
-SimulationFit simulation_fit(const Model& model, const std::vector<Sample>& samples,
-                             const Propagation& propagation, double fraction = 0.1);
+/// Where nothing is given, springs are at rest, all masses at the first speed that was measured,
+/// and effects' states 0: the states themselves where they are not free, else a first guess.
+std::vector<double> initial_guess(const Model& model, const InitialChoice& choice,
+                                  const std::vector<Sample>& samples);
 
 }  // namespace armukf

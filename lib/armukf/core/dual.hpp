@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 
 #include "armukf/core/elementary.hpp"
@@ -100,8 +101,21 @@ template <int N>
 
 template <int N>
 [[gnu::always_inline]] inline Dual<N> sech(const Dual<N>& x) {
-  const double s = sech(x.value);
-  return chain(x, s, -s * tanh(x.value));
+  const double e = std::exp(-std::abs(x.value));  // serves sech and its slope, -sech tanh
+  const double scale = 1.0 / (1.0 + e * e);
+  const double s = 2.0 * e * scale;
+  const double t = std::copysign((1.0 - e * e) * scale, x.value);
+  return chain(x, s, -s * t);
+}
+
+/// e[i] = exp(z[i]) for i < n <= 64.
+template <int N>
+void exponentials(const Dual<N>* z, Dual<N>* e, int n) {
+  std::array<double, 64> exponents;
+  std::array<double, 64> values;
+  for (int i = 0; i < n; ++i) exponents[i] = z[i].value;
+  exponentials(exponents.data(), values.data(), n);
+  for (int i = 0; i < n; ++i) e[i] = chain(z[i], values[i], values[i]);
 }
 
 }  // namespace armukf

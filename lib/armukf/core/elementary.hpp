@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 
@@ -32,6 +33,20 @@ inline Pack exp(Pack x) {
   const Pack series = low + r4 * (mid + r4 * (high + r4 * top));
   const PackBits exponent = (__builtin_bit_cast(PackBits, shifted) + 1023) << 52;
   return series * __builtin_bit_cast(Pack, exponent);
+}
+
+/// e[i] = exp(z[i]) for i < n, a register at a time.
+inline void exponentials(const double* z, double* e, int n) {
+  for (int i = 0; i < n; i += kPackWidth) {
+    const int count = std::min(kPackWidth, n - i);
+    Pack some{};
+    for (int k = 0; k < count; ++k) some[k] = z[i + k];
+    some = exp(some);
+    for (int k = 0; k < count; ++k) e[i + k] = some[k];
+  }
+}
+inline void exponentials(const Pack* z, Pack* e, int n) {
+  for (int i = 0; i < n; ++i) e[i] = exp(z[i]);
 }
 
 inline double magnitude(double x) { return std::abs(x); }

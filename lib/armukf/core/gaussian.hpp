@@ -48,20 +48,26 @@ struct Gaussian {
 /// the diagonal. Returns false, and leaves the columns unusable, where the covariance is not positive.
 template <class Shape>
 bool cholesky(const Gaussian<Shape>& belief, std::array<BeliefRow<Shape>, Shape::kSize>& columns) {
-  const int n = belief.shape.size();
   using Row = BeliefRow<Shape>;
-  std::array<Row, Shape::kSize>& rest = columns;  // what is left of the covariance, by columns
-  for (int j = 0; j < n; ++j) rest[j] = belief.covariance[j];
+  const int n = belief.shape.size();
+  Row pivots(1.0);
+  for (int j = 0; j < n; ++j) columns[j] = belief.covariance[j];
+  // L D L' first: the next pivot then waits for a division only, not for a square root as well.
   for (int j = 0; j < n; ++j) {
-    const double pivot = rest[j][j];
+    const double pivot = columns[j][j];
     if (!(pivot > 0.0)) return false;
-    rest[j] *= 1.0 / std::sqrt(pivot);
-    for (int i = 0; i < j; ++i) rest[j][i] = 0.0;
+    pivots[j] = pivot;
+    const double inverse = 1.0 / pivot;
     for (int k = j + 1; k < n; ++k) {
-      const double factor = rest[j][k];
+      const double factor = columns[j][k] * inverse;
       for (int p = j / kPackWidth; p < Row::kPacks; ++p)
-        rest[k].packs[p] -= factor * rest[j].packs[p];
+        columns[k].packs[p] -= factor * columns[j].packs[p];
     }
+  }
+  for (Pack& p : pivots.packs) p = 1.0 / square_root(p);
+  for (int j = 0; j < n; ++j) {
+    columns[j] *= pivots[j];
+    clear_below(columns[j], j);
   }
   return true;
 }

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <array>
-#include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 
@@ -17,8 +17,8 @@ inline constexpr int kPackWidth = 2;
 #endif
 
 /// One vector register of doubles; arithmetic is element by element, also with a double.
-typedef double Pack __attribute__((vector_size(kPackWidth * sizeof(double))));
-typedef std::int64_t PackBits __attribute__((vector_size(kPackWidth * sizeof(double))));
+using Pack [[gnu::vector_size(kPackWidth * sizeof(double))]] = double;
+using PackBits [[gnu::vector_size(kPackWidth * sizeof(double))]] = std::int64_t;
 
 /// The least multiple of a register's width that holds n doubles.
 constexpr int padded(int n) { return (n + 7) / 8 * 8; }
@@ -59,14 +59,46 @@ struct Lanes {
   [[gnu::always_inline]] friend inline Lanes operator*(Lanes a, double factor) { return a *= factor; }
 };
 
+/// Sum of the elements of a register, in halves: the additions of one level do not wait for each other.
+inline double sum(Pack v) {
+  using Half [[gnu::vector_size(kPackWidth * sizeof(double) / 2)]] = double;
+  Half halves[2];
+  std::memcpy(halves, &v, sizeof v);
+  const Half rest = halves[0] + halves[1];
+  if constexpr (kPackWidth == 8) return (rest[0] + rest[1]) + (rest[2] + rest[3]);
+  if constexpr (kPackWidth == 4) return rest[0] + rest[1];
+  return rest[0];
+}
+
+/// Sum over all lanes.
+template <int N>
+double sum(const Lanes<N>& a) {
+  Pack total = a.packs[0];
+  for (int i = 1; i < Lanes<N>::kPacks; ++i) total += a.packs[i];
+  return sum(total);
+}
+
 /// Sum over all lanes of the element-wise product.
 template <int N>
 double dot(const Lanes<N>& a, const Lanes<N>& b) {
-  Pack sum = a.packs[0] * b.packs[0];
-  for (int i = 1; i < Lanes<N>::kPacks; ++i) sum += a.packs[i] * b.packs[i];
-  double total = 0.0;
-  for (int i = 0; i < kPackWidth; ++i) total += sum[i];
-  return total;
+  Pack total = a.packs[0] * b.packs[0];
+  for (int i = 1; i < Lanes<N>::kPacks; ++i) total += a.packs[i] * b.packs[i];
+  return sum(total);
+}
+
+/// Sets the lanes before `first` to 0.
+template <int N>
+void clear_below(Lanes<N>& a, int first) {
+  Pack lane{};
+  for (int i = 0; i < kPackWidth; ++i) lane[i] = i;
+  for (int k = 0; k < Lanes<N>::kPacks; ++k)
+    a.packs[k] = lane + k * kPackWidth < first ? Pack{} : a.packs[k];
+}
+
+/// Square root of each element.
+inline Pack square_root(Pack v) {
+  for (int i = 0; i < kPackWidth; ++i) v[i] = std::sqrt(v[i]);
+  return v;
 }
 
 }  // namespace armukf

@@ -32,9 +32,9 @@ class Unscented {
     const int n = shape.size();
     const double lambda = spread.alpha * spread.alpha * (n + spread.kappa) - n;
     distance_ = std::sqrt(n + lambda);
-    centre_mean_ = lambda / (n + lambda);
-    centre_covariance_ = centre_mean_ + 1.0 - spread.alpha * spread.alpha + spread.beta;
     outer_ = 0.5 / (n + lambda);
+    const double centre = lambda / (n + lambda) + 1.0 - spread.alpha * spread.alpha + spread.beta;
+    shift_ = 2.0 * n * outer_ - 2.0 + centre;
   }
 
   /// f takes the rows of states and of unknowns, each a Points, and returns the moved states.
@@ -47,76 +47,63 @@ class Unscented {
     std::array<Points, Shape::kSize> points;
     draw(belief, root, points);
     std::array<Points, Shape::kStates> moved = f(points.data(), points.data() + belief.shape.states());
-    centre(belief.shape, moved, image.mean);
-    covary(belief.shape, root, moved, image);
+    weigh(belief, root, moved, image);
     return image;
   }
 
  private:
   using Row = BeliefRow<Shape>;
-  static constexpr int kRowPacks = Row::kPacks;
   static constexpr int kHalfPacks = kHalf / kPackWidth;
 
   void draw(const Gaussian<Shape>& belief, const std::array<Row, Shape::kSize>& root,
             std::array<Points, Shape::kSize>& points) const {
     const int n = belief.shape.size();
+    // All of L is turned before any of it is read back as packs, which would wait for the stores.
+    std::array<Lanes<kHalf>, Shape::kSize> offsets{};
+    for (int j = 0; j < n; ++j)
+      for (int i = j; i < n; ++i) offsets[i][j] = distance_ * root[j][i];
     for (int i = 0; i < n; ++i) {
-      Lanes<kHalf> offset{};
-      for (int j = 0; j <= i; ++j) offset[j] = distance_ * root[j][i];
       for (int k = 0; k < kHalfPacks; ++k) {
-        points[i].packs[k] = belief.mean[i] + offset.packs[k];
-        points[i].packs[kHalfPacks + k] = belief.mean[i] - offset.packs[k];
+        points[i].packs[k] = belief.mean[i] + offsets[i].packs[k];
+        points[i].packs[kHalfPacks + k] = belief.mean[i] - offsets[i].packs[k];
       }
     }
   }
 
-  /// The weighted mean of each moved row, which is then taken off the row; padding becomes 0 but
-  /// for the centre, which is scaled so that all points have the outer weight.
-  void centre(const Shape& shape, std::array<Points, Shape::kStates>& moved,
-              std::array<double, Shape::kStates>& mean) const {
-    const int n = shape.size();
-    const double centre_scale = std::sqrt(std::abs(centre_covariance_) / outer_);
-    for (int i = 0; i < shape.states(); ++i) {
-      Points& row = moved[i];
-      const double middle = row[n];
-      row -= Points(middle);  // deviations from the centre: small numbers add up exactly
-      Pack sum{};
-      for (int k = 0; k < Points::kPacks; ++k) sum += row.packs[k];
-      double shift = 0.0;
-      for (int k = 0; k < kPackWidth; ++k) shift += sum[k];
-      shift *= outer_;
-      mean[i] = middle + shift;
-      row -= Points(shift);
-      for (int j = n; j < kHalf; ++j) row[j] = row[kHalf + j] = 0.0;
-      row[n] = -shift * centre_scale;
-    }
-  }
-
-  void covary(const Shape& shape, const std::array<Row, Shape::kSize>& root,
-              const std::array<Points, Shape::kStates>& moved, Image<Shape>& image) const {
-    const int n = shape.size();
-    const int s = shape.states();
-    const double cross = outer_ * distance_;
+  /// Mean and covariances of the moved points. With d the deviations from the centre point, which
+  /// are 0 in the padding, w the outer weight and s = w sum d: mean = centre + s and
+  /// covariance = w sum d d' + (2 n w - 2 + w_c0) s s'. Small numbers add up exactly.
+  void weigh(const Gaussian<Shape>& belief, const std::array<Row, Shape::kSize>& root,
+             std::array<Points, Shape::kStates>& moved, Image<Shape>& image) const {
+    const int n = belief.shape.size();
+    const int s = belief.shape.states();
+    std::array<double, Shape::kStates> shift;
     for (int i = 0; i < s; ++i) {
-      // cov(x', theta) = outer c sum_j (x'_{+j} - x'_{-j}) L(theta, j)
-      Row covariance{};
-      for (int j = 0; j < n; ++j)
-        covariance += (cross * (moved[i][j] - moved[i][kHalf + j])) * root[j];
-      for (int k = 0; k <= i; ++k) {
-        double own = outer_ * dot(moved[i], moved[k]);
-        if (centre_covariance_ < 0.0) own -= 2.0 * outer_ * moved[i][n] * moved[k][n];
-        covariance[k] = own;
-      }
-      image.covariance[i] = covariance;
+      const double middle = moved[i][n];
+      moved[i] -= Points(middle);
+      shift[i] = outer_ * sum(moved[i]);
+      image.mean[i] = middle + shift[i];
+      image.covariance[i] = cross_covariance(n, root, moved[i]);
+      for (int k = 0; k <= i; ++k)
+        image.covariance[i][k] = outer_ * dot(moved[i], moved[k]) + shift_ * shift[i] * shift[k];
     }
     for (int i = 0; i < s; ++i)
       for (int k = i + 1; k < s; ++k) image.covariance[i][k] = image.covariance[k][i];
   }
 
-  double distance_;
-  double centre_mean_;
-  double centre_covariance_;
-  double outer_;
+  /// cov(x', theta) = w c sum_j (d_{+j} - d_{-j}) L(theta, j); the states' columns are not used.
+  Row cross_covariance(int n, const std::array<Row, Shape::kSize>& root, const Points& d) const {
+    Lanes<kHalf> difference;
+    for (int k = 0; k < kHalfPacks; ++k)
+      difference.packs[k] = (outer_ * distance_) * (d.packs[k] - d.packs[kHalfPacks + k]);
+    Row covariance{};
+    for (int j = 0; j < n; ++j) covariance += difference[j] * root[j];
+    return covariance;
+  }
+
+  double distance_;  // c
+  double outer_;     // w, of each point but the centre
+  double shift_;     // of s s' in the covariance
 };
 
 }  // namespace armukf

@@ -5,6 +5,7 @@
 #include <ceres/solver.h>
 
 #include <cmath>
+#include <limits>
 
 namespace armukf {
 namespace {
@@ -36,6 +37,9 @@ ceres::Solver::Options options_for(const SearchLimits& limits) {
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
   options.max_num_iterations = limits.iterations;
   options.function_tolerance = limits.cost_tolerance;
+  // With bounds Ceres would search along every step as well, at several simulations a time; a step
+  // that fails is shortened by the trust region anyhow.
+  options.max_num_line_search_step_size_iterations = 0;
   options.logging_type = ceres::SILENT;
   return options;
 }
@@ -53,24 +57,29 @@ std::string reason(const ceres::Solver::Summary& summary) {
 
 }  // namespace
 
-Minimum least_squares(std::vector<double> z, int residuals, const Residuals& f,
+Minimum least_squares(const Variables& variables, int residuals, const Residuals& f,
                       const SearchLimits& limits) {
   Minimum minimum;
-  const int n = static_cast<int>(z.size());
+  minimum.z = variables.start;
+  minimum.cost = std::numeric_limits<double>::infinity();
   // Ceres prints to standard error where the very first evaluation fails.
   std::vector<double> r(residuals);
-  ++minimum.evaluations;
-  if (!f(z.data(), r.data(), nullptr)) {
-    minimum.z = std::move(z);
-    minimum.cost = HUGE_VAL;
-    minimum.termination = "the start cannot be evaluated";
+  if (!f(minimum.z.data(), r.data(), nullptr)) {
+    minimum.termination = "the start cannot be simulated";
     return minimum;
   }
+  const int n = static_cast<int>(minimum.z.size());
   ceres::Problem problem;
-  problem.AddResidualBlock(new Block(n, residuals, f, minimum.evaluations), nullptr, z.data());
+  problem.AddResidualBlock(new Block(n, residuals, f, minimum.evaluations), nullptr,
+                           minimum.z.data());
+  for (int j = 0; j < n; ++j) {
+    if (std::isfinite(variables.lower[j]))
+      problem.SetParameterLowerBound(minimum.z.data(), j, variables.lower[j]);
+    if (std::isfinite(variables.upper[j]))
+      problem.SetParameterUpperBound(minimum.z.data(), j, variables.upper[j]);
+  }
   ceres::Solver::Summary summary;
   ceres::Solve(options_for(limits), &problem, &summary);
-  minimum.z = std::move(z);
   minimum.cost = summary.final_cost;
   minimum.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
   minimum.converged = summary.termination_type == ceres::CONVERGENCE;

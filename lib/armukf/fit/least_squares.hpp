@@ -10,6 +10,13 @@ namespace armukf {
 /// Jacobian J(i, j) = dr_i / dz_j, row by row. Returns false where z makes no sense.
 using Residuals = std::function<bool(const double* z, double* r, double* J)>;
 
+/// The variables of a search: where they start, and the bounds that they keep.
+struct Variables {
+  std::vector<double> start;
+  std::vector<double> lower;  // -infinity: none
+  std::vector<double> upper;
+};
+
 /// When a search ends.
 struct SearchLimits {
   int iterations = 100;
@@ -21,13 +28,14 @@ struct Minimum {
   std::vector<double> z;
   double cost = 0.0;  // sum r^2 / 2
   int iterations = 0;
-  int evaluations = 0;  // of r, with or without J
+  int evaluations = 0;  // of r or J
   bool converged = false;
   std::string termination;  // why it ended, in words
 };
 
-/// Local minimum from z by Levenberg-Marquardt. The best z found is returned in any case.
-Minimum least_squares(std::vector<double> z, int residuals, const Residuals& f,
+/// Local minimum by Levenberg-Marquardt. The best z found is returned in any case; where the start
+/// itself makes no sense, the start, at infinite cost.
+Minimum least_squares(const Variables& variables, int residuals, const Residuals& f,
                       const SearchLimits& limits = {});
 
 }  // namespace armukf

@@ -49,18 +49,21 @@ T gear_spring(const Coefficients<T>& c, const T& twist) {
   return (c.k_g1 + c.k_g3 * (twist * twist)) * twist;
 }
 
-/// dx/dt of the arm's five states x under the motor torque u and the torques `extra` of effects.
+/// Writes dx/dt of the arm's five states x, under the motor torque u and the torques `extra` of
+/// effects, into dx.
 template <class T>
-std::array<T, kArmStates> derivative(const Coefficients<T>& c, const T* x, const T& u,
-                                     const Contribution<T>& extra = {}) {
+void derivative(const Coefficients<T>& c, const T* x, const T& u, const Contribution<T>& extra,
+                T* dx) {
   const T gear_rate = x[kSpeedMotor] - x[kSpeedGear];
   const T arm_rate = x[kSpeedGear] - x[kSpeedArm];
   const T gear_torque = gear_spring(c, x[kTwistGear]) + c.d_g * gear_rate;
   const T arm_torque = c.k_a * x[kTwistArm] + c.d_a * arm_rate;
-  return {gear_rate, arm_rate,
-          c.motor_mobility * (u - gear_torque - friction(c, x[kSpeedMotor]) + extra.motor_torque),
-          c.gear_mobility * (gear_torque - arm_torque + extra.gear_torque),
-          c.arm_mobility * (arm_torque + extra.arm_torque)};
+  dx[kTwistGear] = gear_rate;
+  dx[kTwistArm] = arm_rate;
+  dx[kSpeedMotor] =
+      c.motor_mobility * (u - gear_torque - friction(c, x[kSpeedMotor]) + extra.motor_torque);
+  dx[kSpeedGear] = c.gear_mobility * (gear_torque - arm_torque + extra.gear_torque);
+  dx[kSpeedArm] = c.arm_mobility * (arm_torque + extra.arm_torque);
 }
 
 /// Energy (J) in the moving masses and the wound springs.

@@ -20,6 +20,8 @@ double inside(const Parameter& p, double value) {
 FreeCoordinates::FreeCoordinates(const Model& model)
     : parameters_(model.parameters), unknowns_(model.unknowns()) {
   for (const int i : unknowns_) kinds_.push_back(kind_of(i));
+  for (int i = 0; i < static_cast<int>(parameters_.size()); ++i)
+    if (parameters_[i].known) knowns_.push_back(i);
   for (const int i : {kAm, kAg})
     if (parameters_[i].known) free_share_ -= parameters_[i].value;
 }

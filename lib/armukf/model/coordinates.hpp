@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -51,27 +52,30 @@ class FreeCoordinates {
 
   std::vector<Parameter> parameters_;
   std::vector<int> unknowns_;
+  std::vector<int> knowns_;
   std::vector<Kind> kinds_;
   double free_share_ = 1.0;  // what the known shares leave
 };
 
 template <class T>
 void FreeCoordinates::to_physical(const T* z, T* p) const {
-  for (std::size_t i = 0; i < parameters_.size(); ++i) p[i] = T() + parameters_[i].value;
+  std::array<T, kMaxParameters> e;
+  exponentials(z, e.data(), size());
+  for (const int i : knowns_) p[i] = T() + parameters_[i].value;
   T shares = T() + 1.0;
   for (int k = 0; k < size(); ++k) {
     const Parameter& parameter = parameters_[unknowns_[k]];
     T& value = p[unknowns_[k]];
     switch (kinds_[k]) {
       case Kind::kShare:
-        value = exp(z[k]);
-        shares += value;
+        value = e[k];
+        shares += e[k];
         break;
       case Kind::kLog:
-        value = parameter.lower + exp(z[k]);
+        value = parameter.lower + e[k];
         break;
       case Kind::kInterval:
-        value = parameter.lower + (parameter.upper - parameter.lower) / (1.0 + exp(T(-z[k])));
+        value = parameter.lower + (parameter.upper - parameter.lower) * (e[k] / (1.0 + e[k]));
         break;
       case Kind::kLinear:
         value = z[k];

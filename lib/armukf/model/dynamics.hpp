@@ -27,10 +27,11 @@ class Dynamics {
 
   /// t in s since the first sample; u in N.m; x and dx hold a value per state of the model.
   void derivative(double t, const T& u, const T* x, T* dx) const {
-    const auto arm = effects_->empty()
-                         ? armukf::derivative(coefficients_, x, u)
-                         : armukf::derivative(coefficients_, x, u, contributions(t, u, x, dx));
-    std::ranges::copy(arm, dx);
+    if (effects_->empty()) {
+      armukf::derivative(coefficients_, x, u, Contribution<T>(), dx);
+    } else {
+      armukf::derivative(coefficients_, x, u, contributions(t, u, x, dx), dx);
+    }
   }
 
  private:

@@ -54,6 +54,7 @@ class Engine {
       belief_.mean[i] = z[k];
       forget(i, prior_sd(k, p[coordinates_->unknowns()[k]]));
     }
+    refresh_parameters();
   }
 
   /// Believes the springs at rest and all masses at the speed y (rad/s), with the prior spread.
@@ -71,9 +72,7 @@ class Engine {
   /// Starts anew after the numbers went wrong: states at rest, and the parameters as last believed
   /// but with their prior spread.
   void restart(double y) {
-    std::array<double, kMaxParameters> p;
-    coordinates_->to_physical(belief_.mean.begin() + belief_.shape.states(), p.data());
-    believe_parameters({p.begin(), p.begin() + model_->parameters.size()});
+    believe_parameters({parameters_.begin(), parameters_.begin() + model_->parameters.size()});
     believe_rest(y);
   }
 
@@ -102,13 +101,21 @@ class Engine {
     const double seen = error.gain * innovation.value * innovation.value;
     model_error_ += std::min(1.0, dt / error.time_s) * (seen - model_error_);
     model_error_ = std::max(model_error_, error.least * error.least);
+    refresh_parameters();
   }
 
   const Gaussian<Shape>& belief() const { return belief_; }
 
+  /// The believed value of each parameter of the model.
+  const double* parameters() const { return parameters_.data(); }
+
  private:
   static constexpr double kLeastSpeedSd = 1e-3;  // rad/s, keeps a belief without sensor noise regular
   static constexpr double kLeastNoise = 1e-9;    // 1/s^1/2, keeps the belief's root from degenerating
+
+  void refresh_parameters() {
+    coordinates_->to_physical(belief_.mean.begin() + belief_.shape.states(), parameters_.data());
+  }
 
   /// Prior deviation of the k-th free coordinate about the parameter's value.
   double prior_sd(int k, double value) const {
@@ -127,9 +134,7 @@ class Engine {
     const auto variance = [&](double density) {
       return (density * density + kLeastNoise * kLeastNoise) * dt;
     };
-    std::array<double, kMaxParameters> p;
-    coordinates_->to_physical(belief_.mean.begin() + belief_.shape.states(), p.data());
-    const Coefficients<double> c(p.data());
+    const Coefficients<double> c(parameters_.data());
     StepNoise<Shape> sum{};
     for (int i = 0; i < belief_.shape.states(); ++i) sum[i] = variance(0.0);
     sum[kSpeedMotor] = variance(c.motor_mobility * noise.motor_torque);
@@ -137,7 +142,7 @@ class Engine {
     sum[kSpeedArm] = variance(c.arm_mobility * noise.arm_torque);
     const double walk = noise.parameter_walk.at(t);
     for (int k = 0; k < coordinates_->size(); ++k) {
-      const double unit = coordinates_->natural_unit(k, p[coordinates_->unknowns()[k]]);
+      const double unit = coordinates_->natural_unit(k, parameters_[coordinates_->unknowns()[k]]);
       sum[belief_.shape.states() + k] = variance(walk * unit);
     }
     return sum;
@@ -148,6 +153,7 @@ class Engine {
   const EstimatorSettings* settings_;
   Rule<Shape> rule_;
   Gaussian<Shape> belief_;
+  std::array<double, kMaxParameters> parameters_{};  // physical, at the belief's mean
   double model_error_;  // (rad/s)^2, variance
 };
 

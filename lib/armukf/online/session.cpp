@@ -95,7 +95,6 @@ struct Session::State {
   std::vector<Runner> runners;
   std::optional<Sample> last;
   double first_time = 0.0;
-  std::array<double, kMaxParameters> parameters{};  // physical, of the leader
   std::vector<double> values;
   std::vector<double> deviations;
 };
@@ -199,9 +198,9 @@ void Session::State::report(const Runner& leader) {
           values[i] = belief.mean[i];
           deviations[i] = belief.deviation(i);
         }
-        coordinates.to_physical(belief.mean.begin() + n, parameters.data());
+        const double* parameters = engine.parameters();
         const auto covariance = [&](int i, int j) { return belief.covariance[n + i][n + j]; };
-        coordinates.deviations(parameters.data(), covariance, deviations.data() + n);
+        coordinates.deviations(parameters, covariance, deviations.data() + n);
         for (int k = 0; k < coordinates.size(); ++k)
           values[n + k] = parameters[coordinates.unknowns()[k]];
       },
@@ -218,8 +217,9 @@ Estimate Session::step(const Sample& sample) { return state_->step(sample); }
 
 Model Session::model() const {
   Model model = state_->model;
-  for (const int i : state_->coordinates.unknowns())
-    model.parameters[i].value = state_->parameters[i];
+  const std::vector<int>& unknowns = state_->coordinates.unknowns();
+  for (std::size_t k = 0; k < unknowns.size(); ++k)
+    model.parameters[unknowns[k]].value = state_->values[model.states.size() + k];
   return model;
 }
 

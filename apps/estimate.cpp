@@ -1,0 +1,149 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <chrono>
+#include <csignal>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "armukf/batch/initial_states.hpp"
+#include "armukf/core/error.hpp"
+#include "armukf/io/atomic_file.hpp"
+#include "armukf/io/csv_reader.hpp"
+#include "armukf/io/csv_writer.hpp"
+#include "armukf/io/estimate_report.hpp"
+#include "armukf/online/session.hpp"
+#include "armukf/online/tally.hpp"
+#include "commands.hpp"
+#include "model_options.hpp"
+#include "option_values.hpp"
+#include "progress.hpp"
+
+namespace armukf::apps {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Samples kept for the simulation with the final parameters, so that memory stays flat however
+/// long the stream is: 500 s at 2 kHz.
+constexpr std::size_t kMostSimulated = 1'000'000;
+
+volatile std::sig_atomic_t stop_requested = 0;
+
+void request_stop(int /*signal*/) { stop_requested = 1; }
+
+struct EstimateOptions {
+  std::string input = "-";
+  std::string filter;
+  std::string save;
+  int passes = 1;
+  ModelOptions model;
+  ReportOptions report;
+  Columns columns;
+};
+
+/// What one pass over the input leaves.
+struct Pass {
+  EstimateSummary summary;
+  std::vector<Sample> samples;  // the first kMostSimulated
+};
+
+/// Streams the input through a session; writes a row per sample where there is a writer.
+Pass stream(const EstimateOptions& o, const ModelFile& start, CsvWriter* writer) {
+  CsvReader reader(ByteSource(o.input, &stop_requested), o.columns);
+  Session session(start.model, start.settings);
+  Progress progress(reader.size(), o.report.quiet);
+  Pass pass;
+  const auto begin = Clock::now();
+  while (const auto sample = reader.next()) {
+    const Estimate estimate = session.step(*sample);
+    pass.summary.tally.add(estimate);
+    if (writer != nullptr) {
+      write_row(*writer, estimate);
+      if (reader.would_wait()) writer->flush();
+      if (writer->closed()) break;
+    }
+    if (pass.samples.size() < kMostSimulated) pass.samples.push_back(*sample);
+    progress.show(reader.consumed());
+    if (stop_requested != 0) break;
+  }
+  if (writer != nullptr) writer->flush();
+  pass.summary.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  pass.summary.model = session.model();
+  pass.summary.sd = session.parameter_deviations();
+  pass.summary.filter = start.settings.filter;
+  return pass;
+}
+
+/// All passes but the last: only the parameters matter.
+ModelFile after_early_passes(const EstimateOptions& o, ModelFile start) {
+  for (int pass = 1; pass < o.passes && stop_requested == 0; ++pass)
+    start.model = stream(o, start, nullptr).summary.model;
+  return start;
+}
+
+Pass last_pass(const EstimateOptions& o, const ModelFile& start) {
+  if (o.report.json == "-") return stream(o, start, nullptr);  // which has standard output to itself
+  CsvWriter writer("-");
+  write_header(writer, start.model);
+  writer.flush();
+  return stream(o, start, &writer);
+}
+
+void simulate_final(Pass& pass, const Propagation& propagation) {
+  const SimulationFit fit = simulation_fit(pass.summary.model, pass.samples, propagation);
+  pass.summary.simulation_fit_percent = fit.fit_percent;
+  pass.summary.simulation_mse = fit.mse;
+  pass.summary.simulation_samples = pass.samples.size();
+}
+
+void check_options(const EstimateOptions& o) {
+  if (o.passes > 1 && o.input == "-")
+    throw InputError("--passes: standard input can be read only once; give a FILE");
+}
+
+void estimate(const EstimateOptions& o) {
+  check_options(o);
+  ModelFile start = chosen_model(o.model);
+  if (!o.filter.empty()) start.settings.filter = o.filter;
+  std::signal(SIGINT, request_stop);
+  std::signal(SIGTERM, request_stop);
+  start = after_early_passes(o, start);
+  Pass pass = last_pass(o, start);
+  if (pass.samples.empty()) return;  // stopped before the first sample
+  simulate_final(pass, start.settings.propagation);
+  if (!o.report.quiet) fmt::print(stderr, "{}", estimate_text(pass.summary));
+  if (!o.report.json.empty()) {
+    AtomicFile file(o.report.json);
+    file.write(estimate_json(pass.summary).dump(2) + "\n");
+    file.commit();
+  }
+  if (!o.save.empty()) write_model_file(o.save, {pass.summary.model, start.settings});
+}
+
+}  // namespace
+
+void add_estimate(CLI::App& program) {
+  CLI::App& command = *program.add_subcommand(
+      "estimate", "Recursive estimate of states and parameters, a row out per row in (the default)");
+  const auto o = std::make_shared<EstimateOptions>();
+  command.add_option("FILE", o->input, "the record, as CSV; - or nothing is standard input");
+  command.footer(
+      "Rows go to standard output, the summary to standard error; with --json - only the JSON is\n"
+      "printed. A row tells the belief after its sample.");
+  command.add_option("--filter", o->filter,
+                     fmt::format("one of {}; ukf by default", fmt::join(filter_names(), ", ")));
+  command
+      .add_option("--passes", o->passes,
+                  "go over FILE so often, each pass from the parameters that the last one ended with")
+      ->check(whole_number(1, 1000));
+  command.add_option("--save", o->save, "write the model with the final parameters, as TOML");
+  add_model_options(command, o->model);
+  add_report_options(command, o->report);
+  add_columns_option(command, o->columns);
+  command.callback([o] { estimate(*o); });
+}
+
+}  // namespace armukf::apps

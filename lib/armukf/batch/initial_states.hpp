@@ -1,0 +1,48 @@
+#pragma once
+
+#include <vector>
+
+#include "armukf/batch/simulation.hpp"
+#include "armukf/core/record.hpp"
+#include "armukf/model/model.hpp"
+#include "armukf/ode/propagate.hpp"
+
+namespace armukf {
+
+/// States at the first sample, one per state of the model, beside their standard deviations
+/// (NaN where a state was not estimated, infinite where the record says nothing about it).
+struct InitialStates {
+  std::vector<double> x0;
+  std::vector<double> sd;
+};
+
+/// Least-squares estimate of the free initial states, the parameters as given. Where the search
+/// fails, x0 is the initial guess.
+InitialStates fit_initial_states(const Model& model, const InitialChoice& choice,
+                                 const std::vector<Sample>& samples,
+                                 const Propagation& propagation);
+
+/// How well a model simulates a record.
+struct SimulationFit {
+  double fit_percent;
+  double mse;  // (rad/s)^2
+  InitialStates initial;
+  std::vector<double> y;  // rad/s, simulated, at each sample
+};
+
+/// What the model says, y, beside the record.
+SimulationFit compared(std::vector<double> y, const InitialStates& initial,
+                       const std::vector<Sample>& samples);
+
+/// The whole record simulated from the given initial states.
+SimulationFit simulation_fit(const Model& model, const InitialStates& initial,
+                             const std::vector<Sample>& samples, const Propagation& propagation);
+
+/// The same with all initial states fitted to the first `fraction` of the record.
+SimulationFit simulation_fit(const Model& model, const std::vector<Sample>& samples,
+                             const Propagation& propagation, double fraction = 0.1);
+
+/// The first `fraction` of a record, at least one sample.
+std::vector<Sample> beginning(const std::vector<Sample>& samples, double fraction);
+
+}  // namespace armukf

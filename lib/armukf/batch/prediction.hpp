@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "armukf/batch/simulation.hpp"
+#include "armukf/core/record.hpp"
+#include "armukf/model/model.hpp"
+#include "armukf/ode/propagate.hpp"
+
+namespace armukf {
+
+/// Motor speed at each sample as the model foretells it from the measurements up to `horizon`
+/// samples earlier.
+///
+/// An output-error model says nothing about its noise, so that MATLAB's predict simulates, whatever
+/// the horizon. Here the parameters are as given, but an extended Kalman filter of the states
+/// corrects them: white torque noise of one density at each of the three masses, and white sensor
+/// noise, of which the record itself chooses the ratio (greatest likelihood). Its belief at a
+/// sample, moved on by `horizon` samples, gives the prediction.
+struct Prediction {
+  std::vector<double> y;  // rad/s; the first `horizon` ones are simulated from the initial states
+  double sensor_sd;       // rad/s
+  double torque_density;  // N.m.s^1/2, at each mass
+  double log_likelihood;  // of all measurements
+};
+
+Prediction predict_ahead(const Model& model, const std::vector<double>& x0,
+                         const std::vector<Sample>& samples, const Propagation& propagation,
+                         int horizon);
+
+}  // namespace armukf

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+namespace armukf {
+
+/// Whether residuals still hold something that the model could explain: correlations with
+/// themselves and with the input, beside the band that those of white residuals keep in 99 of 100
+/// cases.
+struct ResidualTests {
+  double ljung_box_p = 0.0;
+  std::vector<double> autocorrelation;         // at 1 ... kWhitenessLags samples
+  std::vector<double> input_crosscorrelation;  // with the input 0 ... kWhitenessLags samples before
+  double autocorrelation_band = 0.0;           // 99 %
+  double crosscorrelation_band = 0.0;          // 99 %, for residuals of the colour they have
+  int autocorrelation_outside = 0;             // lags beyond the band
+  int crosscorrelation_outside = 0;
+};
+
+/// Of residuals e (NaN where missing) under the input u.
+/// Source: L. Ljung, System Identification, 2nd ed. 1999, section 16.6, eq. 16.67 to 16.71.
+ResidualTests residual_tests(std::span<const double> e, std::span<const double> u);
+
+}  // namespace armukf

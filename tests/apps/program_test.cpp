@@ -1,0 +1,181 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "armukf/io/csv_reader.hpp"
+
+namespace armukf {
+namespace {
+
+/// What a run of the program left behind.
+struct Outcome {
+  int status;
+  std::string output;
+  std::string error;
+};
+
+/// Runs the program in an empty folder of its own.
+class Program : public testing::Test {
+ protected:
+  Program()
+      : folder_(std::filesystem::temp_directory_path() / fmt::format("armukf_{}", ::getpid())) {
+    std::filesystem::create_directory(folder_);
+  }
+  ~Program() override { std::filesystem::remove_all(folder_); }
+
+  /// `arguments` as typed into a shell.
+  Outcome run(const std::string& arguments) const {
+    const int status = std::system(fmt::format("cd '{}' && '{}' {} > out 2> err < /dev/null",
+                                               folder_.string(), ARMUKF_PROGRAM, arguments)
+                                       .c_str());
+    return {WEXITSTATUS(status), text("out"), text("err")};
+  }
+
+  std::string text(const std::string& file) const {
+    std::ostringstream content;
+    content << std::ifstream(folder_ / file).rdbuf();
+    return content.str();
+  }
+
+  void put(const std::string& file, const std::string& content) const {
+    std::ofstream(folder_ / file) << content;
+  }
+
+  bool exists(const std::string& file) const { return std::filesystem::exists(folder_ / file); }
+
+  void expect_refused(const std::string& arguments, const std::string& message) const {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.status, 2) << arguments;
+    EXPECT_EQ(outcome.error, message + "\n") << arguments;
+    EXPECT_EQ(outcome.output, "") << arguments;
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(Program, HelpAndVersionEndWellForTheProgramAndItsCommands) {
+  for (const char* command : {"", "estimate", "simulate"}) {
+    const Outcome help = run(fmt::format("{} --help", command));
+    EXPECT_EQ(help.status, 0) << command;
+    EXPECT_NE(help.output.find("--version"), std::string::npos) << command;
+    EXPECT_EQ(help.error, "") << command;
+    const Outcome version = run(fmt::format("{} --version", command));
+    EXPECT_EQ(version.status, 0) << command;
+    EXPECT_TRUE(version.output.starts_with("armukf ")) << command;
+  }
+}
+
+TEST_F(Program, WordsWithoutACommandGoToEstimate) {
+  EXPECT_EQ(run("nowhere.csv").error, "nowhere.csv: cannot open: No such file or directory\n");
+  EXPECT_EQ(run("nowhere.csv").status, 2);
+  EXPECT_EQ(run("--quiet nowhere.csv").error, run("estimate --quiet nowhere.csv").error);
+}
+
+TEST_F(Program, WrongValuesOfOptionsTakeOneLineThatNamesTheOption) {
+  expect_refused("simulate", "--output is required");
+  expect_refused("simulate -o a.csv --foo", "The following argument was not expected: --foo");
+  expect_refused("simulate -o a.csv --seed -1",
+                 "--seed: must be a whole number from 0 to 18446744073709551615, not '-1'");
+  expect_refused("simulate -o a.csv --samples 1e3",
+                 "--samples: must be a whole number from 1 to 500000, not '1e3'");
+  expect_refused("simulate -o a.csv --samples 10",
+                 "--samples: 10 samples of 0.0005 s hold no multisine of 1 to 40 Hz");
+  expect_refused("simulate -o a.csv --sensor-noise x", "--sensor-noise: 'x' is not a number");
+  expect_refused("simulate -o a.csv --sensor-noise nan", "--sensor-noise: must be finite, not nan");
+  expect_refused("simulate -o a.csv --torque-disturbance -0.5",
+                 "--torque-disturbance: must be at least 0, not -0.5");
+  expect_refused("simulate -o a.csv --sample-time-s 0", "--sample-time-s: must be above 0, not 0");
+  expect_refused("simulate -o a.csv --experiment first",
+                 "--experiment: unknown experiment 'first'; known are: estimation, validation1, "
+                 "validation2, validation3");
+  expect_refused("simulate -o a.csv --columns t", "--columns: 't': expected t=NAME,u=NAME,y=NAME");
+  expect_refused("simulate -o - --json -", "--json: standard output is taken by -o");
+  EXPECT_FALSE(exists("a.csv"));
+}
+
+TEST_F(Program, OptionsThatDoNotFitTheModelTakeOneLineThatNamesTheOption) {
+  const std::string names = "Fv, Fc, Fcs, alpha, beta, J, a_m, a_g, k_g1, k_g3, d_g, k_a, d_a";
+  expect_refused("simulate -o a.csv --set k_g1=abc", "--set: k_g1: 'abc' is not a number");
+  expect_refused("simulate -o a.csv --set k_g1=", "--set: k_g1: '' is not a number");
+  expect_refused("simulate -o a.csv --set k_g1=inf", "--set: k_g1: must be finite, not inf");
+  expect_refused("simulate -o a.csv --set k_g1", "--set: 'k_g1' is not NAME=VALUE");
+  expect_refused("simulate -o a.csv --set k_g1=-1",
+                 "--set: k_g1: -1 is outside of its bounds 0 to inf N.m/rad");
+  expect_refused("simulate -o a.csv --set a_m=0.5 --set a_g=0.75",
+                 "--set: a_m: a_m + a_g must be below 1 (the rest is the arm's share of J), not "
+                 "1.25");
+  expect_refused("simulate -o a.csv --set k=1",
+                 "--set: unknown parameter 'k'; known are: " + names);
+  expect_refused("simulate -o a.csv --free k",
+                 "--free: unknown parameter 'k'; known are: " + names);
+  expect_refused("simulate -o a.csv --fix k", "--fix: unknown parameter 'k'; known are: " + names);
+  expect_refused("simulate -o a.csv --free k_a --fix k_a", "--fix: k_a: is under --free, too");
+  const Outcome effect = run("simulate -o a.csv --effect rust");
+  EXPECT_EQ(effect.status, 2);
+  EXPECT_TRUE(effect.error.starts_with("--effect: unknown effect 'rust'; known are: "));
+  EXPECT_FALSE(exists("a.csv"));
+}
+
+TEST_F(Program, FaultInTheModelFileIsNamedByLineAndKey) {
+  put("arm.toml", "# an arm\n[noise]\nsensor = -1\n");
+  expect_refused("simulate -o a.csv --model arm.toml",
+                 "arm.toml:3: noise.sensor: must be above 0, not -1");
+  expect_refused("simulate -o a.csv --model nowhere.toml",
+                 "nowhere.toml: cannot open: No such file or directory");
+}
+
+TEST_F(Program, OptionsComeOnTopOfTheModelFile) {
+  put("arm.toml", "[parameters]\nk_a.value = 3.0\nk_g1.value = 4.0\n");
+  const std::string common = "simulate --samples 200 --experiment validation3 --quiet ";
+  const Outcome made = run(common +
+                           "-o a.csv --model arm.toml --effect torque_bias --set torque_bias=-0.5 "
+                           "--set k_a=5 --free Fv --json -");
+  ASSERT_EQ(made.status, 0) << made.error;
+  for (const char* part : {"\"value\": 5.0", "\"value\": 4.0", "\"value\": -0.5"})
+    EXPECT_NE(made.output.find(part), std::string::npos) << part;
+  EXPECT_NE(made.output.find("\"Fv\": {\n      \"value\": 0.00986346744839,\n      \"unit\": "
+                             "\"N.m.s/rad\",\n      \"known\": false"),
+            std::string::npos);
+}
+
+TEST_F(Program, SimulatedRecordReadsBackAndTellsTheCommandThatMadeIt) {
+  const Outcome made =
+      run("simulate -o a.csv --samples 200 --experiment validation3 --seed 9 --sensor-noise 0.1 "
+          "--effect torque_bias --set torque_bias=0.25");
+  EXPECT_EQ(made.status, 0) << made.error;
+  EXPECT_EQ(made.output, "a.csv: 200 samples, 0.1 s of validation3 9\n");
+  EXPECT_EQ(read_record((folder_ / "a.csv").string()).samples.size(), 200U);
+  std::istringstream lines(text("a.csv"));
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_TRUE(line.starts_with("# armukf "));
+  std::getline(lines, line);
+  const std::string command = "# armukf simulate ";
+  ASSERT_TRUE(line.starts_with(command));
+  const Outcome again = run("simulate -o - " + line.substr(command.size()));
+  EXPECT_EQ(again.output, text("a.csv"));
+}
+
+TEST_F(Program, ColumnsNameTheHeader) {
+  const Outcome made =
+      run("simulate -o - --samples 200 --experiment validation3 --columns t=time,u=torque,y=speed");
+  EXPECT_NE(made.output.find("\ntime,torque,speed\n"), std::string::npos);
+}
+
+TEST_F(Program, FailedOutputIsStatusOneAndLeavesNothing) {
+  const Outcome full = run("simulate -o /dev/full --samples 200 --experiment validation3");
+  EXPECT_EQ(full.status, 1);
+  EXPECT_EQ(full.error, "armukf: /dev/full: cannot write: No space left on device\n");
+  expect_refused("simulate -o nowhere/a.csv --samples 200",
+                 "nowhere/a.csv: cannot open for writing: No such file or directory");
+}
+
+}  // namespace
+}  // namespace armukf

@@ -1,0 +1,136 @@
+#include <benchmark/benchmark.h>
+
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <new>
+#include <vector>
+
+#include "armukf/batch/experiment.hpp"
+#include "armukf/online/engine.hpp"
+#include "armukf/online/session.hpp"
+#include "filter/textbook_ukf.hpp"
+
+/// One predict + update of each filter on the published arm: 5 states, 7 unknowns, one RK4 step per
+/// 0.5 ms. Allocations are counted by replacing operator new.
+namespace {
+
+std::atomic<std::size_t> allocations = 0;
+
+}  // namespace
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  ++allocations;
+  const auto unit = static_cast<std::size_t>(alignment);
+  if (void* memory = std::aligned_alloc(unit, (size + unit - 1) / unit * unit)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+
+namespace armukf {
+namespace {
+
+constexpr double kStep = 5e-4;  // s
+
+using Shape = FixedShape<5, 7>;
+
+/// The published experiment, ten seconds in memory.
+const std::vector<Sample>& samples() {
+  static const std::vector<Sample> all =
+      simulate_experiment(published_estimate(), {.sensor_noise = 0.1}).record.samples;
+  return all;
+}
+
+std::vector<double> start_values(const Model& model) {
+  std::vector<double> values;
+  for (const Parameter& p : model.parameters) values.push_back(p.value);
+  return values;
+}
+
+void count_allocations(benchmark::State& state, std::size_t before) {
+  state.counters["allocations"] = static_cast<double>(allocations - before);
+}
+
+template <template <class> class Rule>
+void step(benchmark::State& state) {
+  const Model model = published_arm();
+  const FreeCoordinates coordinates(model);
+  const EstimatorSettings settings;
+  Engine<Shape, Rule> engine(model, coordinates, settings, Shape{}, Rule<Shape>());
+  engine.believe_parameters(start_values(model));
+  engine.believe_rest(0.0);
+  const std::vector<Sample>& record = samples();
+  std::size_t k = 0;
+  const std::size_t before = allocations;
+  for (auto _ : state) {
+    const Sample& s = record[k];
+    if (!engine.predict(s.t, kStep, s.u)) state.SkipWithError("numbers went wrong");
+    engine.update(engine.innovation(s.y), kStep);
+    k = (k + 1) % record.size();
+  }
+  count_allocations(state, before);
+}
+BENCHMARK(step<Unscented>)->Name("ukf step");
+BENCHMARK(step<Linearised>)->Name("ekf step");
+
+void textbook_step(benchmark::State& state) {
+  const Model model = published_arm();
+  const FreeCoordinates coordinates(model);
+  const Propagation propagation;
+  testing::TextbookUkf<12> filter(1.0, 2.0, 0.0);
+  filter.covariance *= 0.01;
+  const std::vector<double> z = coordinates.from_physical(start_values(model));
+  for (int i = 0; i < 7; ++i) filter.mean[5 + i] = z[i];
+  const Eigen::Matrix<double, 12, 12> Q = 1e-8 * Eigen::Matrix<double, 12, 12>::Identity();
+  const std::vector<Sample>& record = samples();
+  std::size_t k = 0;
+  for (auto _ : state) {
+    const Sample& s = record[k];
+    const ArmStep<5> arm{model, coordinates, propagation, s.t, kStep, s.u};
+    const auto f = [&](Eigen::Matrix<double, 12, 1> x) {
+      const std::array<double, 5> moved = arm(x.data(), x.data() + 5);
+      for (int i = 0; i < 5; ++i) x[i] = moved[i];
+      return x;
+    };
+    filter.predict(f, Q);
+    filter.update(kSpeedMotor, s.y, 16.0);
+    k = (k + 1) % record.size();
+  }
+}
+BENCHMARK(textbook_step)->Name("textbook Eigen ukf step");
+
+/// A whole session: the step, the bookkeeping, and the belief in physical terms.
+void session_step(benchmark::State& state, const char* filter) {
+  EstimatorSettings settings;
+  settings.filter = filter;
+  Session session(published_arm(), settings);
+  const std::vector<Sample>& record = samples();
+  double t = 0.0;
+  std::size_t k = 0;
+  const auto next = [&] {
+    Sample s = record[k];
+    s.t = t += kStep;
+    k = (k + 1) % record.size();
+    return session.step(s);
+  };
+  for (int i = 0; i < 5000; ++i) next();  // past the race
+  const std::size_t before = allocations;
+  for (auto _ : state) benchmark::DoNotOptimize(next());
+  count_allocations(state, before);
+}
+BENCHMARK_CAPTURE(session_step, ukf, "ukf");
+BENCHMARK_CAPTURE(session_step, ekf, "ekf");
+
+}  // namespace
+}  // namespace armukf
+
+BENCHMARK_MAIN();
