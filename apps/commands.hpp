@@ -7,6 +7,8 @@
 namespace armukf::apps {
 
 void add_estimate(CLI::App& program);
+void add_evaluate(CLI::App& program);
+void add_fit(CLI::App& program);
 void add_simulate(CLI::App& program);
 
 }  // namespace armukf::apps

@@ -27,8 +27,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// Samples kept for the simulation with the final parameters, so that memory stays flat however
-/// long the stream is: 500 s at 2 kHz.
-constexpr std::size_t kMostSimulated = 1'000'000;
+/// long the stream is: 200 s at 2 kHz.
+constexpr std::size_t kMostSimulated = 400'000;
 
 volatile std::sig_atomic_t stop_requested = 0;
 

@@ -27,6 +27,8 @@ void add_commands(CLI::App& program) {
   program.require_subcommand(1);
   add_estimate(program);
   add_simulate(program);
+  add_fit(program);
+  add_evaluate(program);
   program.set_version_flag("--version", kVersion);
   for (CLI::App* command : program.get_subcommands({}))
     command->set_version_flag("--version", kVersion);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "armukf/filter/kalman.hpp"
 #include "armukf/filter/linearised.hpp"
@@ -67,30 +68,21 @@ class Step {
   Dynamics<T> dynamics_;
 };
 
-/// Sums from which the noise's size follows: with the sensor's variance as the unit, all else
-/// scales.
-struct Likelihood {
-  double count = 0.0;
-  double nis = 0.0;
-  double log_variance = 0.0;
-
-  double sensor_variance() const { return nis / count; }
-  double log() const {
-    return -0.5 *
-           (count * (std::log(2.0 * std::numbers::pi * sensor_variance()) + 1.0) + log_variance);
-  }
-};
-
-/// An extended Kalman filter of the states over the record, the sensor's noise variance 1 and the
-/// torque noise's density (N.m.s^1/2 per rad/s of sensor noise) as given. Calls visit(k, x) with
-/// the states believed at sample k, given the measurements before and at it.
-template <class Shape, class Visit>
-Likelihood filter(const Setting& setting, Shape shape, double density, Visit visit) {
-  using Number = typename Linearised<Shape>::Number;
-  const Step<Number> step(setting);
-  const std::vector<double> p = values_of(setting.model);
+/// Torque noise as variance added to each state per second.
+template <class Shape>
+StepNoise<Shape> noise_per_second(const Model& model, double density) {
+  const std::vector<double> p = values_of(model);
   const Coefficients<double> c(p.data());
-  const Linearised<Shape> rule;
+  const auto variance = [&](double mobility) { return std::pow(mobility * density, 2); };
+  StepNoise<Shape> noise{};
+  noise[kSpeedMotor] = variance(c.motor_mobility);
+  noise[kSpeedGear] = variance(c.gear_mobility);
+  noise[kSpeedArm] = variance(c.arm_mobility);
+  return noise;
+}
+
+template <class Shape>
+Gaussian<Shape> first_belief(const Setting& setting, Shape shape) {
   Gaussian<Shape> belief;
   belief.shape = shape;
   for (int i = 0; i < shape.states(); ++i) {
@@ -99,7 +91,21 @@ Likelihood filter(const Setting& setting, Shape shape, double density, Visit vis
     belief.mean[i] = setting.x0[i];
     belief.covariance[i][i] = sd * sd;
   }
-  Likelihood sums;
+  return belief;
+}
+
+/// An extended Kalman filter of the states over the record, the sensor's noise variance 1 and the
+/// torque noise's density (N.m.s^1/2 per rad/s of sensor noise) as given. Calls visit(k, x) with
+/// the states believed at sample k, given the measurements before and at it.
+template <class Shape, class Visit>
+double filter(const Setting& setting, Shape shape, double density, Visit visit) {
+  using Number = typename Linearised<Shape>::Number;
+  const Step<Number> step(setting);
+  const Linearised<Shape> rule;
+  const StepNoise<Shape> noise = noise_per_second<Shape>(setting.model, density);
+  Gaussian<Shape> belief = first_belief(setting, shape);
+  double nis = 0.0;
+  double count = 0.0;
   for (std::size_t k = 0; k < setting.samples.size(); ++k) {
     if (k > 0) {
       const auto f = [&](const Number* x, const Number* /*unknowns*/) {
@@ -109,84 +115,90 @@ Likelihood filter(const Setting& setting, Shape shape, double density, Visit vis
         return moved;
       };
       const double dt = setting.samples[k].t - setting.samples[k - 1].t;
-      const auto variance = [&](double mobility) {
-        return mobility * mobility * density * density * dt;
-      };
-      StepNoise<Shape> noise{};
-      noise[kSpeedMotor] = variance(c.motor_mobility);
-      noise[kSpeedGear] = variance(c.gear_mobility);
-      noise[kSpeedArm] = variance(c.arm_mobility);
-      move_to(belief, rule(belief, f), noise);
+      move_to(belief, rule(belief, f), dt * noise);
     }
     const double y = setting.samples[k].y;
     if (!std::isnan(y)) {
       const Innovation seen = innovation(belief, kSpeedMotor, y, 1.0);
       condition(belief, kSpeedMotor, seen);
-      sums.count += 1.0;
-      sums.nis += seen.nis();
-      sums.log_variance += std::log(seen.variance);
+      nis += seen.nis();
+      count += 1.0;
     }
     visit(k, belief.mean);
   }
-  return sums;
+  return nis / count;
 }
 
-/// Density of the greatest likelihood, by golden section over its logarithm.
-template <class Shape>
-double likeliest_density(const Setting& setting, Shape shape) {
-  constexpr double kLeast = -8.0;  // ln of N.m.s^1/2 per rad/s: the sensor alone is noisy
-  constexpr double kMost = 6.0;    // the torque alone
-  constexpr int kSteps = 14;       // leave 0.1 % of the interval
+/// Calls visit(k, y) with the predicted speed at every `stride`-th sample k from `horizon` on;
+/// returns the mean NIS.
+template <class Shape, class Visit>
+double visit_predictions(const Setting& setting, Shape shape, double density, std::size_t horizon,
+                         std::size_t stride, Visit visit) {
+  const Step<double> step(setting);
+  return filter(setting, shape, density, [&](std::size_t k, const auto& belief) {
+    if (k + horizon >= setting.samples.size() || k % stride != 0) return;
+    std::array<double, Shape::kStates> x{};
+    std::copy_n(belief.begin(), shape.states(), x.begin());
+    for (std::size_t i = 1; i <= horizon; ++i) step(x, k + i);
+    visit(k + horizon, x[kSpeedMotor]);
+  });
+}
+
+/// The x in [low, high] of the least loss, where that has one minimum; by golden section.
+template <class Loss>
+double least(double low, double high, const Loss& loss) {
+  constexpr int kSteps = 14;  // leave 0.1 % of the interval
   const double golden = 1.0 / std::numbers::phi;
-  const auto loss = [&](double x) {
-    const double log = filter(setting, shape, std::exp(x), [](std::size_t, const auto&) {}).log();
-    return std::isnan(log) ? std::numeric_limits<double>::infinity() : -log;
-  };
-  double low = kLeast;
-  double high = kMost;
   double a = high - golden * (high - low);
   double b = low + golden * (high - low);
   double loss_a = loss(a);
   double loss_b = loss(b);
   for (int i = 0; i < kSteps; ++i) {
     if (loss_a < loss_b) {
-      high = b;
-      b = a;
+      high = std::exchange(b, a);
       loss_b = loss_a;
       a = high - golden * (high - low);
       loss_a = loss(a);
     } else {
-      low = a;
-      a = b;
+      low = std::exchange(a, b);
       loss_a = loss_b;
       b = low + golden * (high - low);
       loss_b = loss(b);
     }
   }
-  return std::exp(0.5 * (low + high));
+  return 0.5 * (low + high);
+}
+
+/// The density whose predictions are best.
+template <class Shape>
+double best_density(const Setting& setting, Shape shape, std::size_t horizon) {
+  constexpr double kLeast = -8.0;         // ln of N.m.s^1/2 per rad/s: only the sensor is noisy
+  constexpr double kMost = 6.0;           // only the torque is
+  constexpr std::size_t kPerHorizon = 4;  // predictions that overlap more tell little more
+  const std::size_t stride = std::max<std::size_t>(1, horizon / kPerHorizon);
+  return std::exp(least(kLeast, kMost, [&](double x) {
+    double sum = 0.0;
+    visit_predictions(setting, shape, std::exp(x), horizon, stride, [&](std::size_t k, double y) {
+      const double error = y - setting.samples[k].y;
+      if (!std::isnan(setting.samples[k].y)) sum += error * error;
+    });
+    return std::isnan(sum) ? std::numeric_limits<double>::infinity() : sum;
+  }));
 }
 
 template <class Shape>
-Prediction predict_ahead(const Setting& setting, Shape shape, int horizon) {
+Prediction predict_ahead(const Setting& setting, Shape shape, std::size_t horizon) {
   const std::size_t n = setting.samples.size();
-  const auto ahead = static_cast<std::size_t>(horizon);
+  const std::vector<Sample> first(setting.samples.begin(),
+                                  setting.samples.begin() + std::min(horizon, n));
   Prediction prediction;
-  prediction.y = simulate(setting.model, setting.x0,
-                          {setting.samples.begin(), setting.samples.begin() + std::min(ahead, n)},
-                          setting.propagation);
+  prediction.y = simulate(setting.model, setting.x0, first, setting.propagation);
   prediction.y.resize(n, kNaN);
-  const Step<double> step(setting);
-  const double density = likeliest_density(setting, shape);
-  const Likelihood sums = filter(setting, shape, density, [&](std::size_t k, const auto& belief) {
-    if (k + ahead >= n) return;
-    std::array<double, Shape::kStates> x{};
-    std::copy_n(belief.begin(), shape.states(), x.begin());
-    for (std::size_t i = 1; i <= ahead; ++i) step(x, k + i);
-    prediction.y[k + ahead] = x[kSpeedMotor];
-  });
-  prediction.sensor_sd = std::sqrt(sums.sensor_variance());
+  const double density = best_density(setting, shape, horizon);
+  const double nis = visit_predictions(setting, shape, density, horizon, 1,
+                                       [&](std::size_t k, double y) { prediction.y[k] = y; });
+  prediction.sensor_sd = std::sqrt(nis);
   prediction.torque_density = density * prediction.sensor_sd;
-  prediction.log_likelihood = sums.log();
   return prediction;
 }
 

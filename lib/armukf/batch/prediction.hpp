@@ -15,13 +15,12 @@ namespace armukf {
 /// An output-error model says nothing about its noise, so that MATLAB's predict simulates, whatever
 /// the horizon. Here the parameters are as given, but an extended Kalman filter of the states
 /// corrects them: white torque noise of one density at each of the three masses, and white sensor
-/// noise, of which the record itself chooses the ratio (greatest likelihood). Its belief at a
-/// sample, moved on by `horizon` samples, gives the prediction.
+/// noise, in the ratio that foretells the record best at that horizon. The filter's belief at a
+/// sample, moved on by `horizon` samples, is the prediction.
 struct Prediction {
   std::vector<double> y;  // rad/s; the first `horizon` ones are simulated from the initial states
-  double sensor_sd;       // rad/s
+  double sensor_sd;       // rad/s, so that the mean NIS is 1
   double torque_density;  // N.m.s^1/2, at each mass
-  double log_likelihood;  // of all measurements
 };
 
 Prediction predict_ahead(const Model& model, const std::vector<double>& x0,

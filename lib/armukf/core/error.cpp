@@ -7,11 +7,9 @@ namespace {
 
 std::string message(std::string_view place, std::size_t line, std::string_view column,
                     std::string_view what) {
-  std::string text(place);
-  if (line != 0) text += fmt::format(":{}", line);
-  text += ": ";
-  if (!column.empty()) text += fmt::format("{}: ", column);
-  return text.append(what);
+  const std::string where = line == 0 ? std::string(place) : fmt::format("{}:{}", place, line);
+  return column.empty() ? fmt::format("{}: {}", where, what)
+                        : fmt::format("{}: {}: {}", where, column, what);
 }
 
 }  // namespace

@@ -1,0 +1,93 @@
+#include "armukf/batch/evaluate.hpp"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "armukf/batch/segments.hpp"
+#include "armukf/io/atomic_file.hpp"
+#include "armukf/io/csv_reader.hpp"
+#include "armukf/io/fit_report.hpp"
+#include "commands.hpp"
+#include "initial_options.hpp"
+#include "model_options.hpp"
+#include "option_values.hpp"
+
+namespace armukf::apps {
+namespace {
+
+constexpr int kLongestHorizon = 1'000'000;  // samples
+constexpr const char* kSimulate = "inf";
+
+struct EvaluateOptions {
+  std::vector<std::string> files;
+  std::string horizon = kSimulate;
+  double initial_from = 0.0;  // 0: not given
+  InitialOptions initial;
+  ModelOptions model;
+  ReportOptions report;
+  Columns columns;
+};
+
+EvaluateSettings settings_of(const EvaluateOptions& o, const ModelFile& start) {
+  EvaluateSettings settings;
+  settings.propagation = start.settings.propagation;
+  const bool from_part = o.initial_from > 0.0;
+  settings.initial =
+      chosen_initial(o.initial, start.model, from_part ? all_free(start.model) : InitialChoice{});
+  if (from_part) settings.initial_from = o.initial_from;
+  if (o.horizon != kSimulate) settings.horizon = static_cast<int>(number_in(o.horizon));
+  return settings;
+}
+
+void report(const EvaluateOptions& o, const EvaluationSummary& summary) {
+  if (!o.report.quiet && o.report.json != "-") fmt::print("{}", evaluation_text(summary));
+  if (o.report.json.empty()) return;
+  AtomicFile file(o.report.json);
+  file.write(evaluation_json(summary).dump(2) + "\n");
+  file.commit();
+}
+
+void evaluate(const EvaluateOptions& o) {
+  const ModelFile start = chosen_model(o.model);
+  const EvaluateSettings settings = settings_of(o, start);
+  std::vector<Record> records;
+  for (const std::string& file : o.files) records.push_back(read_record(file, o.columns));
+  EvaluationSummary summary{start.model, o.horizon, split_at_gaps(records), {}};
+  for (const Record& record : summary.records)
+    summary.evaluations.push_back(armukf::evaluate(start.model, record.samples, settings));
+  report(o, summary);
+}
+
+}  // namespace
+
+void add_evaluate(CLI::App& program) {
+  CLI::App& command = *program.add_subcommand(
+      "evaluate", "Simulate or predict records with given parameters, against the data");
+  command.footer(
+      "The parameters are the start values, unless --model or --set give others. The free initial\n"
+      "states fit the record, or its first part (--initial-from, all of them free). A horizon of "
+      "k\n"
+      "samples predicts by a Kalman filter of the states whose noise suits the record and "
+      "horizon;\n"
+      "MATLAB's predict, which for such a model simulates, is --horizon inf.");
+  const auto o = std::make_shared<EvaluateOptions>();
+  command.add_option("FILE", o->files, "records, as CSV; - is standard input")->required();
+  command.add_option("--horizon", o->horizon, "samples to predict ahead; inf simulates")
+      ->check(CLI::IsMember({kSimulate}) | whole_number(1, kLongestHorizon))
+      ->type_name("SAMPLES");
+  command
+      .add_option("--initial-from", o->initial_from,
+                  "find the initial states on this first part of the record, and keep them")
+      ->check(number_above(0.0) & number_to(1.0));
+  add_initial_options(command, o->initial);
+  add_model_options(command, o->model);
+  add_report_options(command, o->report);
+  add_columns_option(command, o->columns);
+  command.callback([o] { evaluate(*o); });
+}
+
+}  // namespace armukf::apps

@@ -1,0 +1,85 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "armukf/batch/identify.hpp"
+#include "armukf/batch/segments.hpp"
+#include "armukf/io/atomic_file.hpp"
+#include "armukf/io/csv_reader.hpp"
+#include "armukf/io/fit_report.hpp"
+#include "commands.hpp"
+#include "initial_options.hpp"
+#include "model_options.hpp"
+#include "option_values.hpp"
+
+namespace armukf::apps {
+namespace {
+
+struct FitOptions {
+  std::vector<std::string> files;
+  std::string save;
+  IdentifySettings settings;
+  InitialOptions initial;
+  ModelOptions model;
+  ReportOptions report;
+  Columns columns;
+};
+
+void report(const FitOptions& o, const FitSummary& summary) {
+  if (!o.report.quiet && o.report.json != "-") fmt::print("{}", fit_text(summary));
+  if (o.report.json.empty()) return;
+  AtomicFile file(o.report.json);
+  file.write(fit_json(summary).dump(2) + "\n");
+  file.commit();
+}
+
+void fit(FitOptions& o) {
+  const auto begin = std::chrono::steady_clock::now();
+  const ModelFile start = chosen_model(o.model);
+  o.settings.propagation = start.settings.propagation;
+  o.settings.initial = chosen_initial(o.initial, start.model, {});
+  FitSummary summary;
+  std::vector<Record> records;
+  for (const std::string& file : o.files) records.push_back(read_record(file, o.columns));
+  summary.records = split_at_gaps(records);
+  summary.identification = identify(start.model, summary.records, o.settings);
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+  summary.seconds = taken.count();
+  report(o, summary);
+  if (!o.save.empty()) write_model_file(o.save, {summary.identification.model, start.settings});
+}
+
+}  // namespace
+
+void add_fit(CLI::App& program) {
+  CLI::App& command = *program.add_subcommand("fit", "Batch grey-box estimate of the parameters");
+  command.footer(
+      "Output-error least squares, as nlgreyest does it. Twists start at 0 and speeds are free,\n"
+      "unless --free-initial says otherwise. Across a gap (50 ms, five usual intervals) the input "
+      "is\n"
+      "not known: each piece counts as an experiment with initial states of its own.\n"
+      "sd holds if the residuals are white, HAC sd whatever their colour.");
+  const auto o = std::make_shared<FitOptions>();
+  command.add_option("FILE", o->files, "records, as CSV; - is standard input")->required();
+  command
+      .add_option("--starts", o->settings.starts,
+                  "searches; all but the first from drawn start values")
+      ->check(whole_number(1, 10000));
+  command.add_option("--seed", o->settings.seed, "of the drawn start values");
+  command.add_option("--iterations", o->settings.iterations, "of one search, at most")
+      ->check(whole_number(1, 100000));
+  command.add_flag("--robust", o->settings.robust,
+                   "Huber's loss: outliers count by their size, not by its square");
+  command.add_option("--save", o->save, "write the model with the estimated parameters, as TOML");
+  add_initial_options(command, o->initial);
+  add_model_options(command, o->model);
+  add_report_options(command, o->report);
+  add_columns_option(command, o->columns);
+  command.callback([o] { fit(*o); });
+}
+
+}  // namespace armukf::apps
