@@ -58,6 +58,7 @@ Pass stream(const EstimateOptions& o, const ModelFile& start, CsvWriter* writer)
   Pass pass;
   const auto begin = Clock::now();
   while (const auto sample = reader.next()) {
+    if (writer != nullptr && pass.samples.empty()) write_header(*writer, start.model);
     const Estimate estimate = session.step(*sample);
     pass.summary.tally.add(estimate);
     if (writer != nullptr) {
@@ -85,10 +86,9 @@ ModelFile after_early_passes(const EstimateOptions& o, ModelFile start) {
 }
 
 Pass last_pass(const EstimateOptions& o, const ModelFile& start) {
-  if (o.report.json == "-") return stream(o, start, nullptr);  // which has standard output to itself
+  if (o.report.json == "-")
+    return stream(o, start, nullptr);  // which has standard output to itself
   CsvWriter writer("-");
-  write_header(writer, start.model);
-  writer.flush();
   return stream(o, start, &writer);
 }
 
@@ -107,7 +107,8 @@ void check_options(const EstimateOptions& o) {
 void estimate(const EstimateOptions& o) {
   check_options(o);
   ModelFile start = chosen_model(o.model);
-  if (!o.filter.empty()) start.settings.filter = o.filter;
+  if (!o.filter.empty())
+    start.settings.filter = of_option("--filter", [&] { return find_filter(o.filter); });
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);
   start = after_early_passes(o, start);
@@ -127,7 +128,8 @@ void estimate(const EstimateOptions& o) {
 
 void add_estimate(CLI::App& program) {
   CLI::App& command = *program.add_subcommand(
-      "estimate", "Recursive estimate of states and parameters, a row out per row in (the default)");
+      "estimate",
+      "Recursive estimate of states and parameters, a row out per row in (the default)");
   const auto o = std::make_shared<EstimateOptions>();
   command.add_option("FILE", o->input, "the record, as CSV; - or nothing is standard input");
   command.footer(
@@ -136,8 +138,9 @@ void add_estimate(CLI::App& program) {
   command.add_option("--filter", o->filter,
                      fmt::format("one of {}; ukf by default", fmt::join(filter_names(), ", ")));
   command
-      .add_option("--passes", o->passes,
-                  "go over FILE so often, each pass from the parameters that the last one ended with")
+      .add_option(
+          "--passes", o->passes,
+          "go over FILE so often, each pass from the parameters that the last one ended with")
       ->check(whole_number(1, 1000));
   command.add_option("--save", o->save, "write the model with the final parameters, as TOML");
   add_model_options(command, o->model);

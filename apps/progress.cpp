@@ -38,7 +38,8 @@ void Progress::print(std::uint64_t done) {
     fmt::print(stderr, "\r\033[K{:3.0f} %, {:.0f} s left", 100.0 * part,
                seconds * (1.0 - part) / part);
   } else {
-    fmt::print(stderr, "\r\033[K{:.1f} MB read, {:.0f} s", 1e-6 * static_cast<double>(done), seconds);
+    fmt::print(stderr, "\r\033[K{:.1f} MB read, {:.0f} s", 1e-6 * static_cast<double>(done),
+               seconds);
   }
   std::fflush(stderr);
   printed_ = true;

@@ -6,7 +6,8 @@
 
 namespace armukf::apps {
 
-/// A line on the terminal that says how far a long job is; silent where standard error is no terminal.
+/// A line on the terminal that says how far a long job is; silent where standard error is no
+/// terminal.
 class Progress {
  public:
   /// total: bytes to read in all, if known. quiet: never say anything.

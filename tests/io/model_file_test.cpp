@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <string>
 
@@ -203,6 +205,12 @@ TEST(ModelFile, MissingFileIsNamed) {
   } catch (const InputError& error) {
     EXPECT_STREQ(error.what(), "/nowhere/arm.toml: cannot open: No such file or directory");
   }
+}
+
+TEST(ModelFile, ShippedArmIsTheBuiltInModel) {
+  std::ifstream file(ARMUKF_DATA "/arm.toml");
+  const std::string shipped{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_EQ(shipped, model_file_text({})) << "put the second text into data/arm.toml";
 }
 
 }  // namespace

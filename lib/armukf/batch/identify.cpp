@@ -141,15 +141,27 @@ void report_criteria(double measurements, double d, Identification& result) {
   result.bic = likelihood + d * std::log(measurements);
 }
 
-/// The search once more from where the best one ended, with Huber's loss.
-Minimum robust_search(const OutputError& error, const Minimum& best, const SearchLimits& limits,
+/// Searches with Huber's loss from the model's values. Outliers may have spoilt the fit by squares,
+/// from which the first scale comes, so that the scale is taken again from what each search left.
+Minimum robust_search(const OutputError& error, Minimum found, const SearchLimits& limits,
                       double& huber_scale) {
-  const OutputError::Evaluation at = error.evaluate(best.z.data());
-  if (!at.valid) return best;
-  huber_scale = kHuber * bulk_deviation(at.r);
+  constexpr int kRounds = 3;  // the scale no longer changes after
   Variables variables = error.variables_of_model();
-  variables.start = best.z;
-  return search(error, variables, huber_scale, limits);
+  int iterations = 0;
+  int evaluations = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    const OutputError::Evaluation at = error.evaluate(found.z.data());
+    const double bulk = at.valid ? bulk_deviation(at.r) : 0.0;
+    if (!(bulk > 0.0)) break;  // nothing to weigh against
+    huber_scale = kHuber * bulk;
+    found = search(error, variables, huber_scale, limits);
+    variables.start = found.z;
+    iterations += found.iterations;
+    evaluations += found.evaluations;
+  }
+  found.iterations = iterations;
+  found.evaluations = evaluations;
+  return found;
 }
 
 }  // namespace

@@ -107,7 +107,8 @@ std::vector<double> OutputError::initial_states_at(const double* v, int record) 
 
 OutputError::Evaluation OutputError::evaluate(const double* v) const {
   const Model model = model_at(v);
-  Evaluation all{.valid = true, .r = Eigen::VectorXd(rows_), .J = {}};
+  const double shares = model.parameters[kAm].value + model.parameters[kAg].value;
+  Evaluation all{.valid = shares < 1.0, .r = Eigen::VectorXd(rows_), .J = {}};
   if (records_.size() > 1) all.J = JacobianMatrix::Zero(rows_, variables());
   const std::vector<Stretch> rows = stretches();
   for (std::size_t e = 0; e < records_.size() && all.valid; ++e)

@@ -39,7 +39,7 @@ class OutputError {
 
   /// Residuals and their derivatives by v, 0 where nothing was measured.
   struct Evaluation {
-    bool valid = false;  // false: a simulation runs away, or a spring winds endlessly
+    bool valid = false;  // false: no mass is left for the arm, or a simulation runs away
     Eigen::VectorXd r;
     JacobianMatrix J;
   };

@@ -15,7 +15,7 @@ struct Dual {
   double value;
   Lanes<N> gradient;
 
-  Dual() = default;  // not initialised; Dual() and Dual{} are zero
+  Dual() = default;                         // not initialised; Dual() and Dual{} are zero
   Dual(double v) : value(v), gradient{} {}  // NOLINT(google-explicit-constructor)
   Dual(double v, const Lanes<N>& g) : value(v), gradient(g) {}
 
@@ -38,15 +38,21 @@ struct Dual {
   }
   [[gnu::always_inline]] friend inline Dual operator+(Dual a, const Dual& b) { return a += b; }
   [[gnu::always_inline]] friend inline Dual operator-(Dual a, const Dual& b) { return a -= b; }
-  [[gnu::always_inline]] friend inline Dual operator-(const Dual& a) { return {-a.value, -1.0 * a.gradient}; }
+  [[gnu::always_inline]] friend inline Dual operator-(const Dual& a) {
+    return {-a.value, -1.0 * a.gradient};
+  }
   [[gnu::always_inline]] friend inline Dual operator+(Dual a, double b) { return a.value += b, a; }
   [[gnu::always_inline]] friend inline Dual operator+(double a, Dual b) { return b.value += a, b; }
   [[gnu::always_inline]] friend inline Dual operator-(Dual a, double b) { return a.value -= b, a; }
-  [[gnu::always_inline]] friend inline Dual operator-(double a, const Dual& b) { return {a - b.value, -1.0 * b.gradient}; }
+  [[gnu::always_inline]] friend inline Dual operator-(double a, const Dual& b) {
+    return {a - b.value, -1.0 * b.gradient};
+  }
   [[gnu::always_inline]] friend inline Dual operator*(const Dual& a, const Dual& b) {
     return {a.value * b.value, a.value * b.gradient + b.value * a.gradient};
   }
-  [[gnu::always_inline]] friend inline Dual operator*(double a, const Dual& b) { return {a * b.value, a * b.gradient}; }
+  [[gnu::always_inline]] friend inline Dual operator*(double a, const Dual& b) {
+    return {a * b.value, a * b.gradient};
+  }
   [[gnu::always_inline]] friend inline Dual operator*(const Dual& a, double b) { return b * a; }
   [[gnu::always_inline]] friend inline Dual operator/(const Dual& a, const Dual& b) {
     const double inverse = 1.0 / b.value;
@@ -57,7 +63,9 @@ struct Dual {
     const double ratio = a / b.value;
     return {ratio, (-ratio / b.value) * b.gradient};
   }
-  [[gnu::always_inline]] friend inline Dual operator/(const Dual& a, double b) { return (1.0 / b) * a; }
+  [[gnu::always_inline]] friend inline Dual operator/(const Dual& a, double b) {
+    return (1.0 / b) * a;
+  }
 };
 
 /// f(x) by the chain rule, given f and f' at x.

@@ -28,7 +28,8 @@ inline Pack exp(Pack x) {
   const Pack r4 = r2 * r2;
   const Pack low = (1.0 + r) + r2 * (1.0 / 2 + r * (1.0 / 6));
   const Pack mid = (1.0 / 24 + r * (1.0 / 120)) + r2 * (1.0 / 720 + r * (1.0 / 5040));
-  const Pack high = (1.0 / 40320 + r * (1.0 / 362880)) + r2 * (1.0 / 3628800 + r * (1.0 / 39916800));
+  const Pack high =
+      (1.0 / 40320 + r * (1.0 / 362880)) + r2 * (1.0 / 3628800 + r * (1.0 / 39916800));
   const Pack top = 1.0 / 479001600 + r * (1.0 / 6227020800);
   const Pack series = low + r4 * (mid + r4 * (high + r4 * top));
   const PackBits exponent = (__builtin_bit_cast(PackBits, shifted) + 1023) << 52;

@@ -11,8 +11,8 @@ namespace armukf {
 /// loops over it unroll.
 template <int States, int Unknowns>
 struct FixedShape {
-  static constexpr int kStates = States;             // rows that a stepper moves
-  static constexpr int kSize = States + Unknowns;    // rows of the belief
+  static constexpr int kStates = States;           // rows that a stepper moves
+  static constexpr int kSize = States + Unknowns;  // rows of the belief
   static constexpr int states() { return States; }
   static constexpr int size() { return kSize; }
 };
@@ -45,7 +45,8 @@ struct Gaussian {
 };
 
 /// Columns of the lower Cholesky root L, L L' = covariance: columns[j] holds L(:, j), zero above
-/// the diagonal. Returns false, and leaves the columns unusable, where the covariance is not positive.
+/// the diagonal. Returns false, and leaves the columns unusable, where the covariance is not
+/// positive.
 template <class Shape>
 bool cholesky(const Gaussian<Shape>& belief, std::array<BeliefRow<Shape>, Shape::kSize>& columns) {
   using Row = BeliefRow<Shape>;

@@ -25,8 +25,8 @@ constexpr int padded(int n) { return (n + 7) / 8 * 8; }
 
 inline Pack broadcast(double value) { return Pack{} + value; }
 
-/// A row of N numbers that are treated alike: a lane per sigma point, or a derivative per direction.
-/// N is a multiple of 8, so that its packs are full on every machine.
+/// A row of N numbers that are treated alike: a lane per sigma point, or a derivative per
+/// direction. N is a multiple of 8, so that its packs are full on every machine.
 template <int N>
 struct Lanes {
   static_assert(N % 8 == 0);
@@ -55,11 +55,16 @@ struct Lanes {
   }
   [[gnu::always_inline]] friend inline Lanes operator+(Lanes a, const Lanes& b) { return a += b; }
   [[gnu::always_inline]] friend inline Lanes operator-(Lanes a, const Lanes& b) { return a -= b; }
-  [[gnu::always_inline]] friend inline Lanes operator*(double factor, Lanes a) { return a *= factor; }
-  [[gnu::always_inline]] friend inline Lanes operator*(Lanes a, double factor) { return a *= factor; }
+  [[gnu::always_inline]] friend inline Lanes operator*(double factor, Lanes a) {
+    return a *= factor;
+  }
+  [[gnu::always_inline]] friend inline Lanes operator*(Lanes a, double factor) {
+    return a *= factor;
+  }
 };
 
-/// Sum of the elements of a register, in halves: the additions of one level do not wait for each other.
+/// Sum of the elements of a register, in halves: the additions of one level do not wait for each
+/// other.
 inline double sum(Pack v) {
   using Half [[gnu::vector_size(kPackWidth * sizeof(double) / 2)]] = double;
   Half halves[2];

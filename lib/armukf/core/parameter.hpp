@@ -10,13 +10,13 @@ inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 /// A constant of the model, with all that the user may say about it.
 struct Parameter {
   std::string name;
-  std::string unit;             // "-" where it has none
-  double value = 0.0;           // start value if unknown, the value if known
-  double lower = 0.0;           // least value
-  double upper = kUnbounded;    // greatest value
-  double scale = 1.0;           // a typical size; where a search begins if `value` is on a bound
+  std::string unit;           // "-" where it has none
+  double value = 0.0;         // start value if unknown, the value if known
+  double lower = 0.0;         // least value
+  double upper = kUnbounded;  // greatest value
+  double scale = 1.0;         // a typical size; where a search begins if `value` is on a bound
   bool known = true;
-  double spread = 0.5;          // prior sd of the start value, relative to it (or to `scale`)
+  double spread = 0.5;  // prior sd of the start value, relative to it (or to `scale`)
 };
 
 /// A quantity that moves, beside its unit.

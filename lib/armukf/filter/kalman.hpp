@@ -6,7 +6,8 @@
 #include "armukf/core/gaussian.hpp"
 
 /// What every Kalman filter of an augmented belief shares. Only the first shape.states() rows move
-/// from one sample to the next, x' = f(x, theta); the unknowns theta stand still but for their noise.
+/// from one sample to the next, x' = f(x, theta); the unknowns theta stand still but for their
+/// noise.
 namespace armukf {
 
 /// Image of a belief under f: mean m of the moved rows, and their covariance with every row of the

@@ -46,7 +46,8 @@ class Unscented {
     if (!image.valid) return image;
     std::array<Points, Shape::kSize> points;
     draw(belief, root, points);
-    std::array<Points, Shape::kStates> moved = f(points.data(), points.data() + belief.shape.states());
+    std::array<Points, Shape::kStates> moved =
+        f(points.data(), points.data() + belief.shape.states());
     weigh(belief, root, moved, image);
     return image;
   }

@@ -29,10 +29,12 @@ double samples_per_second(const EstimateSummary& s) {
 std::string caveat(const InnovationStatistics& innovations) {
   const double nis = innovations.mean_nis();
   if (nis > kMostHonestNis)
-    return "  note: the innovations are larger than the filter expects: the deviations above are too\n"
+    return "  note: the innovations are larger than the filter expects: the deviations above are "
+           "too\n"
            "        small. Raise [noise], or look for what the model lacks.\n";
   if (innovations.ljung_box_p() < kWhitenessLevel)
-    return "  note: the innovations are not white: something that the model lacks is in them, and the\n"
+    return "  note: the innovations are not white: something that the model lacks is in them, and "
+           "the\n"
            "        deviations above are a guide, not confidence limits.\n";
   if (nis < kLeastHonestNis)
     return "  note: the innovations are smaller than the filter expects: the deviations above are\n"
@@ -52,7 +54,8 @@ void write_header(CsvWriter& writer, const Model& model) {
 }
 
 void write_row(CsvWriter& writer, const Estimate& e) {
-  for (const double value : {e.sample.t, e.sample.y, e.predicted, e.innovation, e.innovation_sd, e.nis})
+  for (const double value :
+       {e.sample.t, e.sample.y, e.predicted, e.innovation, e.innovation_sd, e.nis})
     writer.cell(value);
   writer.cell(name_of(e.status));
   for (const double value : e.values) writer.cell(value);
@@ -86,7 +89,8 @@ nlohmann::ordered_json estimate_json(const EstimateSummary& s) {
 std::string estimate_text(const EstimateSummary& s) {
   const InnovationStatistics& innovations = s.tally.innovations();
   std::string text = fmt::format(
-      "{} of {} samples ({} missing, {} rejected, {} gaps, {} resets), {:.3f} s, {:.0f} samples/s\n",
+      "{} of {} samples ({} missing, {} rejected, {} gaps, {} resets), {:.3f} s, {:.0f} "
+      "samples/s\n",
       s.filter, s.tally.samples(), s.tally.count(Status::kMissing),
       s.tally.count(Status::kRejected), s.tally.count(Status::kGap), s.tally.count(Status::kReset),
       s.seconds, samples_per_second(s));
@@ -95,11 +99,12 @@ std::string estimate_text(const EstimateSummary& s) {
       "  one step ahead: fit {:.2f} %, RMSE {:.4g} rad/s, mean NIS {:.3f}, Ljung-Box p {:.2g}\n",
       innovations.fit_percent(), innovations.rmse(), innovations.mean_nis(),
       innovations.ljung_box_p());
-  text += fmt::format("  simulated with the final parameters: fit {:.2f} %, MSE {:.4g} (rad/s)^2{}\n",
-                      s.simulation_fit_percent, s.simulation_mse,
-                      s.simulation_samples < s.tally.samples()
-                          ? fmt::format(", over the first {} samples", s.simulation_samples)
-                          : "");
+  text +=
+      fmt::format("  simulated with the final parameters: fit {:.2f} %, MSE {:.4g} (rad/s)^2{}\n",
+                  s.simulation_fit_percent, s.simulation_mse,
+                  s.simulation_samples < s.tally.samples()
+                      ? fmt::format(", over the first {} samples", s.simulation_samples)
+                      : "");
   return text + caveat(innovations);
 }
 

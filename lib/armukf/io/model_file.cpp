@@ -38,14 +38,14 @@ void check_bounds(const Parameter& p, double least, const TomlEntry& entry) {
 
 void read_parameter(Parameter& p, const TomlEntry& entry) {
   const double least = p.lower;
-  for (const auto& [key, field] :
+  for (const TomlEntry& field :
        entry.fields({"value", "known", "lower", "upper", "scale", "spread"})) {
-    if (key == "value") p.value = field.number(Range::kAny);
-    if (key == "known") p.known = field.truth();
-    if (key == "lower") p.lower = field.number();
-    if (key == "upper") p.upper = field.number();
-    if (key == "scale") p.scale = field.number(Range::kPositive);
-    if (key == "spread") p.spread = field.number(Range::kPositive);
+    if (field.name() == "value") p.value = field.number(Range::kAny);
+    if (field.name() == "known") p.known = field.truth();
+    if (field.name() == "lower") p.lower = field.number();
+    if (field.name() == "upper") p.upper = field.number();
+    if (field.name() == "scale") p.scale = field.number(Range::kPositive);
+    if (field.name() == "spread") p.spread = field.number(Range::kPositive);
   }
   check_bounds(p, least, entry);
 }
@@ -76,9 +76,9 @@ struct SettingReader {
   void operator()(Table& table) const {
     std::vector<std::string_view> known;
     for_each_part(table, [&](std::string_view part, auto&&...) { known.push_back(part); });
-    for (const auto& [key, field] : entry.fields(known)) {
+    for (const TomlEntry& field : entry.fields(known)) {
       for_each_part(table, [&](std::string_view part, double& value, Range allowed) {
-        if (part == key) value = field.number(allowed);
+        if (part == field.name()) value = field.number(allowed);
       });
     }
   }
@@ -87,23 +87,23 @@ struct SettingReader {
     starts.clear();
     for (const TomlEntry& start : entry.elements()) {
       auto& factors = starts.emplace_back();
-      for (const auto& [name, field] : start.fields()) {
-        field.placed([&] { model.index_of(name); });
-        factors[name] = field.number(range);
+      for (const TomlEntry& field : start.fields()) {
+        field.placed([&] { model.index_of(field.name()); });
+        factors[field.name()] = field.number(range);
       }
     }
     if (starts.empty()) entry.fail("must hold at least one start; {} takes the values as given");
   }
 };
 
-void read_section(ModelFile& content, const std::string& section, const TomlEntry& entry) {
+void read_section(ModelFile& content, const TomlEntry& section) {
   std::vector<std::string_view> known;
   for_each_setting(content.settings, [&](const SettingsField& field, const auto& /*value*/) {
-    if (field.section == section) known.push_back(field.key);
+    if (field.section == section.name()) known.push_back(field.key);
   });
-  for (const auto& [key, setting] : entry.fields(known)) {
+  for (const TomlEntry& setting : section.fields(known)) {
     for_each_setting(content.settings, [&](const SettingsField& field, auto& value) {
-      if (field.section == section && field.key == key)
+      if (field.section == section.name() && field.key == setting.name())
         SettingReader{content.model, field.range, setting}(value);
     });
   }
@@ -117,8 +117,8 @@ void read_effects(Model& model, const TomlEntry& entry) {
 }
 
 void read_parameters(Model& model, const TomlEntry& entry) {
-  for (const auto& [name, field] : entry.fields())
-    read_parameter(*field.placed([&] { return &model.parameter(name); }), field);
+  for (const TomlEntry& field : entry.fields())
+    read_parameter(*field.placed([&] { return &model.parameter(field.name()); }), field);
   entry.placed([&] { model.check(); });
 }
 
@@ -130,13 +130,13 @@ ModelFile parse_model_file(const std::string& text, const std::string& name) {
   known.insert(known.end(), kSettingsSections.begin(), kSettingsSections.end());
   ModelFile content;
   // In alphabetical order: the effects come before the parameters that they bring.
-  for (const auto& [key, entry] : TomlEntry(name, root).fields(known)) {
-    if (key == "effects") {
+  for (const TomlEntry& entry : TomlEntry(name, root).fields(known)) {
+    if (entry.name() == "effects") {
       read_effects(content.model, entry);
-    } else if (key == "parameters") {
+    } else if (entry.name() == "parameters") {
       read_parameters(content.model, entry);
     } else {
-      read_section(content, key, entry);
+      read_section(content, entry);
     }
   }
   return content;

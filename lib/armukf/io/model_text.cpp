@@ -45,6 +45,7 @@ std::string text_of(const std::vector<std::map<std::string, double>>& starts) {
   std::vector<std::string> tables;
   for (const auto& factors : starts) {
     std::vector<std::string> pairs;
+    pairs.reserve(factors.size());
     for (const auto& [name, factor] : factors)
       pairs.push_back(fmt::format("{} = {}", name, text_of(factor)));
     tables.push_back(pairs.empty() ? "{}" : "{ " + joined(pairs) + " }");

@@ -54,26 +54,24 @@ std::vector<TomlEntry> TomlEntry::elements() const {
   if (!node_->is_array()) fail("must be an array");
   std::vector<TomlEntry> entries;
   for (const toml::node& element : *node_->as_array())
-    entries.push_back(TomlEntry(*file_, fmt::format("{}[{}]", key_, entries.size()), element));
+    entries.push_back({*file_, fmt::format("{}[{}]", key_, entries.size()), "", element});
   return entries;
 }
 
-std::vector<std::pair<std::string, TomlEntry>> TomlEntry::fields() const {
+std::vector<TomlEntry> TomlEntry::fields() const {
   if (!node_->is_table()) fail("must be a table");
-  std::vector<std::pair<std::string, TomlEntry>> entries;
+  std::vector<TomlEntry> entries;
   for (const auto& [key, node] : *node_->as_table()) {
     const std::string name(key.str());
-    const std::string path = key_.empty() ? name : fmt::format("{}.{}", key_, name);
-    entries.emplace_back(name, TomlEntry(*file_, path, node));
+    entries.push_back({*file_, key_.empty() ? name : key_ + "." + name, name, node});
   }
   return entries;
 }
 
-std::vector<std::pair<std::string, TomlEntry>> TomlEntry::fields(
-    const std::vector<std::string_view>& known) const {
-  auto entries = fields();
-  for (const auto& [name, entry] : entries) {
-    if (std::ranges::find(known, name) == known.end())
+std::vector<TomlEntry> TomlEntry::fields(const std::vector<std::string_view>& known) const {
+  std::vector<TomlEntry> entries = fields();
+  for (const TomlEntry& entry : entries) {
+    if (std::ranges::find(known, entry.name_) == known.end())
       entry.fail(fmt::format("unknown key; known are: {}", fmt::join(known, ", ")));
   }
   return entries;

@@ -17,7 +17,10 @@ namespace armukf {
 class TomlEntry {
  public:
   /// The whole file, whose key is empty.
-  TomlEntry(const std::string& file, const toml::table& root) : TomlEntry(file, "", root) {}
+  TomlEntry(const std::string& file, const toml::table& root) : TomlEntry(file, "", "", root) {}
+
+  /// Its key in the table that holds it.
+  const std::string& name() const { return name_; }
 
   double number() const;             // any, also infinite; not NaN
   double number(Range range) const;  // finite and in range
@@ -26,12 +29,11 @@ class TomlEntry {
   std::string text() const;
   std::vector<TomlEntry> elements() const;
 
-  /// The keys of a table, in alphabetical order, and what they hold.
-  std::vector<std::pair<std::string, TomlEntry>> fields() const;
+  /// What a table holds, in alphabetical order of the keys.
+  std::vector<TomlEntry> fields() const;
 
   /// Those fields, each of which must be among the known ones.
-  std::vector<std::pair<std::string, TomlEntry>> fields(
-      const std::vector<std::string_view>& known) const;
+  std::vector<TomlEntry> fields(const std::vector<std::string_view>& known) const;
 
   [[noreturn]] void fail(std::string_view what) const;
 
@@ -46,11 +48,12 @@ class TomlEntry {
   }
 
  private:
-  TomlEntry(const std::string& file, std::string key, const toml::node& node)
-      : file_(&file), key_(std::move(key)), node_(&node) {}
+  TomlEntry(const std::string& file, std::string key, std::string name, const toml::node& node)
+      : file_(&file), key_(std::move(key)), name_(std::move(name)), node_(&node) {}
 
   const std::string* file_;
-  std::string key_;
+  std::string key_;  // dotted, from the top of the file
+  std::string name_;
   const toml::node* node_;
 };
 

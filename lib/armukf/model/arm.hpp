@@ -17,8 +17,20 @@ enum ArmState { kTwistGear, kTwistArm, kSpeedMotor, kSpeedGear, kSpeedArm, kArmS
 
 /// Order of the arm's parameters; those of effects follow.
 enum ArmParameter {
-  kFv, kFc, kFcs, kAlpha, kBeta, kJ,                      // known in the published study
-  kAm, kAg, kKg1, kKg3, kDg, kKa, kDa, kArmParameters     // unknown there
+  kFv,
+  kFc,
+  kFcs,
+  kAlpha,
+  kBeta,
+  kJ,  // known in the published study
+  kAm,
+  kAg,
+  kKg1,
+  kKg3,
+  kDg,
+  kKa,
+  kDa,
+  kArmParameters  // unknown there
 };
 
 /// Parameters (kArmParameters of them, SI units) as the equations of motion want them.
@@ -30,8 +42,16 @@ struct Coefficients {
 
   Coefficients() = default;
   explicit Coefficients(const T* p)
-      : Fv(p[kFv]), Fc(p[kFc]), Fcs(p[kFcs]), alpha(p[kAlpha]), beta(p[kBeta]),
-        k_g1(p[kKg1]), k_g3(p[kKg3]), d_g(p[kDg]), k_a(p[kKa]), d_a(p[kDa]),
+      : Fv(p[kFv]),
+        Fc(p[kFc]),
+        Fcs(p[kFcs]),
+        alpha(p[kAlpha]),
+        beta(p[kBeta]),
+        k_g1(p[kKg1]),
+        k_g3(p[kKg3]),
+        d_g(p[kDg]),
+        k_a(p[kKa]),
+        d_a(p[kDa]),
         motor_mobility(1.0 / (p[kJ] * p[kAm])),
         gear_mobility(1.0 / (p[kJ] * p[kAg])),
         arm_mobility(1.0 / (p[kJ] * (1.0 - p[kAm] - p[kAg]))) {}
@@ -71,9 +91,9 @@ template <class T>
 T energy(const Coefficients<T>& c, const T* x) {
   const auto square = [](const T& v) { return T(v * v); };
   const T a2 = square(x[kTwistGear]);
-  return 0.5 * (square(x[kSpeedMotor]) / c.motor_mobility + square(x[kSpeedGear]) / c.gear_mobility +
-                square(x[kSpeedArm]) / c.arm_mobility + c.k_g1 * a2 + 0.5 * c.k_g3 * square(a2) +
-                c.k_a * square(x[kTwistArm]));
+  return 0.5 * (square(x[kSpeedMotor]) / c.motor_mobility +
+                square(x[kSpeedGear]) / c.gear_mobility + square(x[kSpeedArm]) / c.arm_mobility +
+                c.k_g1 * a2 + 0.5 * c.k_g3 * square(a2) + c.k_a * square(x[kTwistArm]));
 }
 
 }  // namespace armukf

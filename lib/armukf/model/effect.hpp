@@ -10,13 +10,13 @@ namespace armukf {
 /// What the arm does at one instant, as an effect sees it.
 template <class T>
 struct Motion {
-  double time;       // s, since the first sample
-  T input;           // N.m, torque that the motor is told to give
-  T twist_gear;      // rad, q_m - q_g
-  T twist_arm;       // rad, q_g - q_a
-  T speed_motor;     // rad/s
-  T speed_gear;      // rad/s
-  T speed_arm;       // rad/s
+  double time;    // s, since the first sample
+  T input;        // N.m, torque that the motor is told to give
+  T twist_gear;   // rad, q_m - q_g
+  T twist_arm;    // rad, q_g - q_a
+  T speed_motor;  // rad/s
+  T speed_gear;   // rad/s
+  T speed_arm;    // rad/s
 };
 
 /// Torques (N.m) that an effect adds to each mass; positive accelerates in the direction of

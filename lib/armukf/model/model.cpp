@@ -31,12 +31,17 @@ Parameter known(const char* name, const char* unit, double value) {
 }
 
 Parameter unknown(const char* name, const char* unit, double start, double scale, double spread) {
-  return {.name = name, .unit = unit, .value = start, .scale = scale, .known = false,
-          .spread = spread};
+  return {
+      .name = name, .unit = unit, .value = start, .scale = scale, .known = false, .spread = spread};
 }
 
 Parameter share(const char* name, double start) {
-  return {.name = name, .unit = "-", .value = start, .upper = 1.0, .scale = 1.0 / 3, .known = false,
+  return {.name = name,
+          .unit = "-",
+          .value = start,
+          .upper = 1.0,
+          .scale = 1.0 / 3,
+          .known = false,
           .spread = kShareSpread};
 }
 
@@ -74,8 +79,9 @@ void Model::add_effect(std::string_view name) {
       },
       effect);
   if (states.size() > kMaxStates || parameters.size() > kMaxParameters)
-    throw InputError(fmt::format("effect '{}' makes the model larger than {} states or {} parameters",
-                                 name, kMaxStates, kMaxParameters));
+    throw InputError(
+        fmt::format("effect '{}' makes the model larger than {} states or {} parameters", name,
+                    kMaxStates, kMaxParameters));
 }
 
 void Model::check() const {
@@ -86,8 +92,8 @@ void Model::check() const {
   }
   for (const int i : {kJ, kAm, kAg}) {
     if (parameters[i].value <= 0.0)
-      throw InputError(fmt::format("{}: must be above 0, not {}", parameters[i].name,
-                                   parameters[i].value));
+      throw InputError(
+          fmt::format("{}: must be above 0, not {}", parameters[i].name, parameters[i].value));
   }
   const double shares = parameters[kAm].value + parameters[kAg].value;
   if (shares >= 1.0)

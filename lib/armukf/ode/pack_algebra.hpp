@@ -13,15 +13,25 @@ namespace armukf {
 struct PackAlgebra {
   // Odeint calls for_eachN with N states and the operation last.
   template <class A, class B, class Op>
-  static void for_each2(A& a, B& b, Op op) { each(op, a, b); }
+  static void for_each2(A& a, B& b, Op op) {
+    each(op, a, b);
+  }
   template <class A, class B, class C, class Op>
-  static void for_each3(A& a, B& b, C& c, Op op) { each(op, a, b, c); }
+  static void for_each3(A& a, B& b, C& c, Op op) {
+    each(op, a, b, c);
+  }
   template <class A, class B, class C, class D, class Op>
-  static void for_each4(A& a, B& b, C& c, D& d, Op op) { each(op, a, b, c, d); }
+  static void for_each4(A& a, B& b, C& c, D& d, Op op) {
+    each(op, a, b, c, d);
+  }
   template <class A, class B, class C, class D, class E, class Op>
-  static void for_each5(A& a, B& b, C& c, D& d, E& e, Op op) { each(op, a, b, c, d, e); }
+  static void for_each5(A& a, B& b, C& c, D& d, E& e, Op op) {
+    each(op, a, b, c, d, e);
+  }
   template <class A, class B, class C, class D, class E, class F, class Op>
-  static void for_each6(A& a, B& b, C& c, D& d, E& e, F& f, Op op) { each(op, a, b, c, d, e, f); }
+  static void for_each6(A& a, B& b, C& c, D& d, E& e, F& f, Op op) {
+    each(op, a, b, c, d, e, f);
+  }
   template <class A, class B, class C, class D, class E, class F, class G, class Op>
   static void for_each7(A& a, B& b, C& c, D& d, E& e, F& f, G& g, Op op) {
     each(op, a, b, c, d, e, f, g);

@@ -18,7 +18,7 @@ enum class Stepper { kEuler, kRungeKutta4, kCashKarp54, kDormandPrince5 };
 /// How a state is carried from one sample to the next.
 struct Propagation {
   Stepper stepper = Stepper::kRungeKutta4;
-  int steps = 1;              // equal steps per sample interval, at least
+  int steps = 1;               // equal steps per sample interval, at least
   double max_step_s = 0.0006;  // s; a longer interval is cut into more steps
 };
 

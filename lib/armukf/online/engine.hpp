@@ -110,8 +110,9 @@ class Engine {
   const double* parameters() const { return parameters_.data(); }
 
  private:
-  static constexpr double kLeastSpeedSd = 1e-3;  // rad/s, keeps a belief without sensor noise regular
-  static constexpr double kLeastNoise = 1e-9;    // 1/s^1/2, keeps the belief's root from degenerating
+  static constexpr double kLeastSpeedSd =
+      1e-3;                                    // rad/s, keeps a belief without sensor noise regular
+  static constexpr double kLeastNoise = 1e-9;  // 1/s^1/2, keeps the belief's root from degenerating
 
   void refresh_parameters() {
     coordinates_->to_physical(belief_.mean.begin() + belief_.shape.states(), parameters_.data());
@@ -154,7 +155,7 @@ class Engine {
   Rule<Shape> rule_;
   Gaussian<Shape> belief_;
   std::array<double, kMaxParameters> parameters_{};  // physical, at the belief's mean
-  double model_error_;  // (rad/s)^2, variance
+  double model_error_;                               // (rad/s)^2, variance
 };
 
 }  // namespace armukf

@@ -80,6 +80,12 @@ std::string_view name_of(Status status) {
 
 std::vector<std::string_view> filter_names() { return {"ukf", "ekf"}; }
 
+std::string find_filter(std::string_view name) {
+  const std::vector<std::string_view> names = filter_names();
+  if (std::ranges::find(names, name) != names.end()) return std::string(name);
+  throw InputError(fmt::format("unknown filter '{}'; known are: {}", name, fmt::join(names, ", ")));
+}
+
 struct Session::State {
   State(const Model& m, const EstimatorSettings& s);
 
@@ -101,10 +107,7 @@ struct Session::State {
 
 Session::State::State(const Model& m, const EstimatorSettings& s)
     : model(m), coordinates(m), settings(s) {
-  const std::vector<std::string_view> filters = filter_names();
-  if (std::ranges::find(filters, s.filter) == filters.end())
-    throw InputError(fmt::format("unknown filter '{}'; known are: {}", s.filter,
-                                 fmt::join(filters, ", ")));
+  find_filter(s.filter);
   for (const auto& factors : settings.race.starts) {
     runners.push_back({make_engine(model, coordinates, settings)});
     std::visit([&](auto& e) { e.believe_parameters(start_values(model, factors)); },

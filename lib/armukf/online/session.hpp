@@ -18,11 +18,11 @@ std::string_view name_of(Status status);
 /// What is believed after a sample. The spans stay valid until the next step.
 struct Estimate {
   Sample sample;
-  double predicted;             // rad/s, y before the measurement was seen
-  double innovation;            // rad/s, y - predicted; NaN if missing
-  double innovation_sd;         // rad/s
-  double nis;                   // innovation^2 / innovation_sd^2; NaN if missing
-  double log_likelihood;        // of this measurement, given those before; 0 if it was not used
+  double predicted;       // rad/s, y before the measurement was seen
+  double innovation;      // rad/s, y - predicted; NaN if missing
+  double innovation_sd;   // rad/s
+  double nis;             // innovation^2 / innovation_sd^2; NaN if missing
+  double log_likelihood;  // of this measurement, given those before; 0 if it was not used
   Status status;
   std::span<const double> values;      // states, then unknown parameters, physical
   std::span<const double> deviations;  // one standard deviation of each

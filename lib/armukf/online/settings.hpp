@@ -11,25 +11,27 @@
 
 namespace armukf {
 
-/// What the model cannot explain, as measurement noise beside the sensor's. Its variance follows the
-/// innovations: `gain` times their running mean square over `time_s`, from `start` on. The residual of an
-/// incomplete model is coloured, and coloured noise tells less than white noise of its variance: hence
-/// a gain above 1. While states and parameters are far off the innovations are large, and so
-/// the belief is not shrunk by samples that it cannot explain yet. A gain of 0 leaves `start` to decay.
+/// What the model cannot explain, as measurement noise beside the sensor's. Its variance follows
+/// the innovations: `gain` times their running mean square over `time_s`, from `start` on. The
+/// residual of an incomplete model is coloured, and coloured noise tells less than white noise of
+/// its variance: hence a gain above 1. While states and parameters are far off the innovations are
+/// large, and so the belief is not shrunk by samples that it cannot explain yet. A gain of 0 leaves
+/// `start` to decay.
 struct ModelError {
-  double start = 16.0;   // rad/s, sd at the first sample
-  double least = 0.0;    // rad/s, sd below which it does not fall
-  double gain = 4.0;     // variance per mean square of the innovations
-  double time_s = 0.3;   // s
+  double start = 16.0;  // rad/s, sd at the first sample
+  double least = 0.0;   // rad/s, sd below which it does not fall
+  double gain = 4.0;    // variance per mean square of the innovations
+  double time_s = 0.3;  // s
 };
 
 /// What the filter takes for random, apart from the parameters' start values. White noise that
-/// acts on a state is given as a density (unit times root of a second), so that it does not depend on the
-/// sample time.
+/// acts on a state is given as a density (unit times root of a second), so that it does not depend
+/// on the sample time.
 struct Noise {
   double sensor = 0.1;  // rad/s, sd of the speed sensor's white noise
   ModelError model_error;
-  /// N.m.s^1/2, densities of the torque noise at each mass: what friction, gear and drive do besides.
+  /// N.m.s^1/2, densities of the torque noise at each mass: what friction, gear and drive do
+  /// besides.
   double motor_torque = 0.003;
   double gear_torque = 0.003;
   double arm_torque = 0.0;
@@ -46,8 +48,8 @@ struct StatePrior {
 
 /// What to do about measurements that cannot be.
 struct Gate {
-  double nis = 25.0;          // reject beyond this normalised innovation squared: five deviations
-  int patience = 40;          // samples rejected in a row after which the states start anew
+  double nis = 25.0;            // reject beyond this normalised innovation squared: five deviations
+  int patience = 40;            // samples rejected in a row after which the states start anew
   double longest_gap_s = 0.05;  // s; after a longer one the states start anew
 };
 
@@ -76,5 +78,7 @@ struct EstimatorSettings {
 
 /// Names of the filters that `EstimatorSettings::filter` takes.
 std::vector<std::string_view> filter_names();
+/// The name itself, if it is one of them; otherwise throws InputError that lists them.
+std::string find_filter(std::string_view name);
 
 }  // namespace armukf

@@ -1,0 +1,70 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "armukf/batch/experiment.hpp"
+#include "armukf/batch/identify.hpp"
+
+namespace armukf {
+namespace {
+
+constexpr double kNoise = 0.05;  // rad/s
+
+Record noiseless(std::uint64_t seed) {
+  ExperimentSettings settings;
+  settings.seed = seed;
+  return simulate_experiment(published_estimate(), settings).record;
+}
+
+/// Adds first-order noise of the given pole to the measured speed.
+Record with_noise(Record record, double pole, std::uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal;
+  double e = kNoise * normal(generator);
+  for (Sample& sample : record.samples) {
+    sample.y += e;
+    e = pole * e + kNoise * std::sqrt(1.0 - pole * pole) * normal(generator);
+  }
+  return record;
+}
+
+Identification identified(const Record& record) {
+  IdentifySettings settings;
+  settings.initial = all_free(published_arm());
+  return identify(published_arm(), {record}, settings);
+}
+
+/// Share of the parameters whose error is below that many deviations.
+double share_within(double deviations, const Identification& found) {
+  const Model truth = published_estimate();
+  double within = 0.0;
+  for (const ParameterEstimate& p : found.parameters)
+    within += std::abs(p.value - truth.parameters[p.position].value) < deviations * p.coloured_sd;
+  return within / static_cast<double>(found.parameters.size());
+}
+
+TEST(IdentifyStatistics, EverySeedReachesTheTruth) {
+  constexpr int kSeeds = 20;
+  double within = 0.0;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    const Identification found = identified(with_noise(noiseless(seed), 0.0, 100 + seed));
+    // The mean of 19838 squares scatters by 1 %: five of them.
+    EXPECT_NEAR(found.mse / (kNoise * kNoise), 1.0, 0.05) << seed;
+    within += share_within(3.0, found) / kSeeds;
+  }
+  EXPECT_GE(within, 0.95);
+}
+
+TEST(IdentifyStatistics, ColouredDeviationsCoverTheTruth) {
+  constexpr int kSeeds = 60;
+  constexpr double kNinety = 1.645;
+  double within = 0.0;
+  for (int seed = 1; seed <= kSeeds; ++seed)
+    within += share_within(kNinety, identified(with_noise(noiseless(seed), 0.9, seed))) / kSeeds;
+  EXPECT_GE(within, 0.82);
+  EXPECT_LE(within, 0.97);
+}
+
+}  // namespace
+}  // namespace armukf

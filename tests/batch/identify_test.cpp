@@ -1,0 +1,121 @@
+#include "armukf/batch/identify.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "armukf/batch/experiment.hpp"
+#include "armukf/core/error.hpp"
+
+namespace armukf {
+namespace {
+
+Record experiment(int samples, double sensor_noise, std::uint64_t seed = 1) {
+  ExperimentSettings settings;
+  settings.samples = samples;
+  settings.sensor_noise = sensor_noise;
+  settings.seed = seed;
+  return simulate_experiment(published_estimate(), settings).record;
+}
+
+IdentifySettings free_states() {
+  IdentifySettings settings;
+  settings.initial = all_free(published_arm());
+  return settings;
+}
+
+void expect_truth(const Identification& found, double deviations) {
+  const Model truth = published_estimate();
+  for (const ParameterEstimate& p : found.parameters) {
+    const Parameter& expected = truth.parameters[p.position];
+    EXPECT_NEAR(p.value, expected.value, deviations * p.coloured_sd) << expected.name;
+  }
+}
+
+TEST(Identify, FindsTheTruthFromThePublishedStart) {
+  const Identification found = identify(published_arm(), {experiment(4000, 0.05)}, free_states());
+  EXPECT_TRUE(found.converged);
+  expect_truth(found, 4.0);
+  EXPECT_NEAR(found.mse, 0.0025, 5.0 * 0.0025 * std::sqrt(2.0 / 4000));
+}
+
+TEST(Identify, TakesSeveralRecordsAtOnce) {
+  const std::vector<Record> records{experiment(2000, 0.05, 1), experiment(1500, 0.05, 2)};
+  const Identification both = identify(published_arm(), records, free_states());
+  ASSERT_EQ(both.experiments.size(), 2U);
+  expect_truth(both, 4.0);
+  const Identification one = identify(published_arm(), {records[0]}, free_states());
+  for (std::size_t k = 0; k < one.parameters.size(); ++k)
+    EXPECT_LT(both.parameters[k].sd, one.parameters[k].sd) << k;
+}
+
+TEST(Identify, LeavesOutMissingMeasurements) {
+  Record record = experiment(4000, 0.05);
+  for (std::size_t k = 0; k < record.samples.size(); k += 3) record.samples[k].y = std::nan("");
+  expect_truth(identify(published_arm(), {record}, free_states()), 4.0);
+}
+
+TEST(Identify, IsNotMovedByOutliersWhenRobust) {
+  Record record = experiment(4000, 0.05);
+  for (std::size_t k = 0; k < record.samples.size(); k += 50) record.samples[k].y += 20.0;
+  IdentifySettings settings = free_states();
+  settings.robust = true;
+  const Identification found = identify(published_arm(), {record}, settings);
+  EXPECT_LT(found.huber_scale, 0.1);  // rad/s; 1.345 times the noise of 0.05 and a little
+  const Model truth = published_estimate();
+  for (const ParameterEstimate& p : found.parameters)
+    EXPECT_NEAR(p.value / truth.parameters[p.position].value, 1.0, 0.02);
+}
+
+TEST(Identify, SaysWhatTheRecordDoesNotTell) {
+  Record record;
+  for (int k = 0; k < 500; ++k) record.samples.push_back({k * 5e-4, 1.0, 5.0});
+  const Identification found = identify(published_arm(), {record}, free_states());
+  int blind = 0;
+  for (const ParameterEstimate& p : found.parameters) blind += !(p.sd < std::abs(p.value));
+  EXPECT_GE(blind, 3);
+}
+
+TEST(Identify, RefusesARecordShorterThanItsUnknowns) {
+  Record record = experiment(10, 0.0);
+  record.name = "short.csv";
+  try {
+    identify(published_arm(), {record}, {});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "short.csv: y: 10 measurements cannot determine 10 unknowns");
+  }
+}
+
+TEST(Identify, KeepsTheBestWhenIterationsRunOut) {
+  IdentifySettings settings = free_states();
+  settings.iterations = 2;
+  const std::vector<Record> records{experiment(2000, 0.05)};
+  const Identification found = identify(published_arm(), records, settings);
+  EXPECT_FALSE(found.converged);
+  settings.iterations = 1;
+  EXPECT_LE(found.mse, identify(published_arm(), records, settings).mse);
+}
+
+TEST(Identify, DrawnStartsAreTheSameForTheSameSeed) {
+  IdentifySettings settings = free_states();
+  settings.starts = 3;
+  settings.iterations = 5;
+  const std::vector<Record> records{experiment(500, 0.05)};
+  const Identification first = identify(published_arm(), records, settings);
+  const Identification again = identify(published_arm(), records, settings);
+  EXPECT_EQ(first.mse, again.mse);
+  EXPECT_EQ(first.starts, 3);
+  EXPECT_GE(first.agreeing, 1);
+}
+
+TEST(Identify, CriteriaFollowFromTheMeanSquareError) {
+  const Identification found = identify(published_arm(), {experiment(1000, 0.05)}, {});
+  constexpr double kCount = 1000.0;
+  constexpr double kFree = 7.0 + 3.0;
+  EXPECT_DOUBLE_EQ(found.fpe, found.mse * (kCount + kFree) / (kCount - kFree));
+  EXPECT_NEAR(found.bic - found.aic, kFree * (std::log(kCount) - 2.0), 1e-9);
+}
+
+}  // namespace
+}  // namespace armukf

@@ -1,0 +1,174 @@
+#include "armukf/batch/simulation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "armukf/batch/initial_states.hpp"
+#include "armukf/core/statistics.hpp"
+
+namespace armukf {
+namespace {
+
+/// A torque of two sines at 2 kHz, strong enough to twist the gear into its cubic range.
+std::vector<Sample> sines(int n) {
+  std::vector<Sample> samples;
+  for (int k = 0; k < n; ++k) {
+    const double t = k * 5e-4;
+    const double u = 9.0 * std::sin(2.0 * std::numbers::pi * 1.3 * t) +
+                     6.0 * std::sin(2.0 * std::numbers::pi * 11.0 * t + 0.4);
+    samples.push_back({t, u, 0.0});
+  }
+  return samples;
+}
+
+/// The arm with every effect of the catalogue, and effect parameters off their bounds.
+Model with_all_effects() {
+  Model model = published_estimate();
+  for (const std::string_view name : effect_names()) {
+    try {
+      model.add_effect(name);
+    } catch (const std::exception&) {  // the model is full
+      break;
+    }
+  }
+  return model;
+}
+
+std::vector<double> start_of(const Model& model) {
+  std::vector<double> x0(model.states.size(), 0.0);
+  x0[kTwistGear] = 0.1;
+  x0[kTwistArm] = -0.05;
+  x0[kSpeedMotor] = 5.0;
+  x0[kSpeedGear] = 4.0;
+  x0[kSpeedArm] = 4.5;
+  return x0;
+}
+
+/// dy/dv by central differences of steps h and h/2 combined, whose error is of order h^4.
+Eigen::VectorXd difference(double value, double scale,
+                           const std::function<std::vector<double>(double)>& y_at) {
+  const double h = 1e-3 * std::max(std::abs(value), 0.1 * scale);
+  const auto slope = [&](double step) {
+    const std::vector<double> up = y_at(value + step);
+    const std::vector<double> down = y_at(value - step);
+    Eigen::VectorXd d(up.size());
+    for (Eigen::Index k = 0; k < d.size(); ++k) d[k] = (up[k] - down[k]) / (2.0 * step);
+    return d;
+  };
+  return (4.0 * slope(h / 2) - slope(h)) / 3.0;
+}
+
+void expect_exact_sensitivities(const Model& model) {
+  const std::vector<Sample> samples = sines(600);
+  const std::vector<double> x0 = start_of(model);
+  Directions directions;
+  for (int i = 0; i < static_cast<int>(model.parameters.size()); ++i)
+    directions.parameters.push_back(i);
+  for (int i = 0; i < static_cast<int>(model.states.size()); ++i)
+    directions.initial_states.push_back(i);
+  const Sensitivities found = sensitivities(model, x0, samples, {}, directions);
+  EXPECT_EQ(found.y, simulate(model, x0, samples, {}));
+  for (int j = 0; j < directions.size(); ++j) {
+    const int parameters = static_cast<int>(directions.parameters.size());
+    Eigen::VectorXd expected;
+    std::string name;
+    if (j < parameters) {
+      const Parameter& p = model.parameters[j];
+      name = p.name;
+      expected = difference(p.value, p.scale, [&](double value) {
+        Model moved = model;
+        moved.parameters[j].value = value;
+        return simulate(moved, x0, samples, {});
+      });
+    } else {
+      const int state = j - parameters;
+      name = model.states[state].name;
+      expected = difference(x0[state], 1.0, [&](double value) {
+        std::vector<double> moved = x0;
+        moved[state] = value;
+        return simulate(model, moved, samples, {});
+      });
+    }
+    // Differences of steps 1e-3 are good to (1e-3)^4 and to rounding, 1e-16 / 1e-3 of y (some 10
+    // rad/s) over the slope times the value.
+    const double error = (found.gradient.col(j) - expected).norm();
+    EXPECT_LE(error, 1e-6 * expected.norm() + 1e-9) << name;
+  }
+}
+
+TEST(Sensitivities, AgreeWithDifferencesForTheArm) {
+  expect_exact_sensitivities(published_estimate());
+}
+
+TEST(Sensitivities, AgreeWithDifferencesForEffects) {
+  expect_exact_sensitivities(with_all_effects());
+}
+
+TEST(Sensitivities, DoNotDependOnWhatElseIsAskedFor) {
+  const Model model = published_estimate();
+  const std::vector<Sample> samples = sines(200);
+  const std::vector<double> x0 = start_of(model);
+  const Directions all{{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}, {0, 1, 2, 3, 4}};
+  const Sensitivities many = sensitivities(model, x0, samples, {}, all);
+  for (const int parameter : {kFv, kKa, kDa}) {
+    const Sensitivities one = sensitivities(model, x0, samples, {}, {{parameter}, {}});
+    // The same operations in the same order, in another lane.
+    EXPECT_EQ(one.gradient.col(0), many.gradient.col(parameter));
+  }
+}
+
+TEST(Simulate, IsNaNFromWhereItRunsAway) {
+  Model model = published_estimate();
+  model.parameter("k_g1").value = 1e9;  // far too stiff for the step
+  const std::vector<double> y = simulate(model, start_of(model), sines(300), {});
+  ASSERT_EQ(y.size(), 300U);
+  EXPECT_DOUBLE_EQ(y.front(), 5.0);
+  EXPECT_TRUE(std::isnan(y.back()));
+}
+
+TEST(Simulate, DoesNotDependOnHowTheTimeIsCut) {
+  // Held torque: every second sample left out, where the torque does not change, is no loss.
+  const Model model = published_estimate();
+  std::vector<Sample> fine = sines(400);
+  for (std::size_t k = 1; k < fine.size(); k += 2) fine[k].u = fine[k - 1].u;
+  std::vector<Sample> coarse;
+  for (std::size_t k = 0; k < fine.size(); k += 2) coarse.push_back(fine[k]);
+  const std::vector<double> y_fine = simulate(model, start_of(model), fine, {});
+  const std::vector<double> y_coarse = simulate(model, start_of(model), coarse, {});
+  // The default cuts 1 ms into two steps: the same steps up to rounding.
+  for (std::size_t k = 0; k < coarse.size(); ++k) EXPECT_NEAR(y_coarse[k], y_fine[2 * k], 1e-9);
+}
+
+/// The model's own simulation as a record.
+std::vector<Sample> measured_by(const Model& model, std::vector<Sample> samples) {
+  const std::vector<double> y = simulate(model, start_of(model), samples, {});
+  for (std::size_t k = 0; k < samples.size(); ++k) samples[k].y = y[k];
+  return samples;
+}
+
+TEST(SimulationFit, FindsTheInitialStatesOfItsOwnModel) {
+  const Model model = published_estimate();
+  std::vector<Sample> samples = measured_by(model, sines(3000));
+  for (std::size_t k = 0; k < samples.size(); k += 5) samples[k].y = std::nan("");
+  const SimulationFit fit = simulation_fit(model, samples, {}, 0.2);
+  for (int i = 0; i < kArmStates; ++i)
+    EXPECT_NEAR(fit.initial.x0[i], start_of(model)[i], 1e-4) << i;  // the search's tolerance
+  EXPECT_GT(fit.fit_percent, 99.99);
+}
+
+TEST(SimulationFit, SurvivesRecordsWithoutUse) {
+  const Model model = published_estimate();
+  std::vector<Sample> samples = sines(50);
+  for (Sample& sample : samples) sample.y = std::nan("");
+  EXPECT_TRUE(std::isnan(simulation_fit(model, samples, {}).fit_percent));
+  EXPECT_TRUE(std::isnan(simulation_fit(model, {samples[0]}, {}).initial.sd[0]));
+  Model stiff = model;
+  stiff.parameter("k_g1").value = 1e9;
+  EXPECT_EQ(simulation_fit(stiff, sines(50), {}).initial.x0, std::vector<double>(5, 0.0));
+}
+
+}  // namespace
+}  // namespace armukf
