@@ -77,7 +77,8 @@ TEST(Identify, SaysWhatTheRecordDoesNotTell) {
 }
 
 TEST(Identify, RefusesARecordShorterThanItsUnknowns) {
-  Record record = experiment(10, 0.0);
+  Record record = experiment(2000, 0.0);
+  record.samples.resize(10);
   record.name = "short.csv";
   try {
     identify(published_arm(), {record}, {});

@@ -45,8 +45,11 @@ using Shape = FixedShape<5, 7>;
 
 /// The published experiment, ten seconds in memory.
 const std::vector<Sample>& samples() {
-  static const std::vector<Sample> all =
-      simulate_experiment(published_estimate(), {.sensor_noise = 0.1}).record.samples;
+  static const std::vector<Sample> all = [] {
+    ExperimentSettings experiment;
+    experiment.sensor_noise = 0.1;
+    return simulate_experiment(published_estimate(), experiment).record.samples;
+  }();
   return all;
 }
 

@@ -22,7 +22,7 @@ class Trials {
  public:
   Trials(const OutputError& error, double huber_scale) : error_(error), huber_scale_(huber_scale) {}
 
-  bool operator()(const double* v, double* r, double* J) {
+  bool operator()(const double* v, double* r, double* jacobian) {
     const std::vector<double> at(v, v + error_.variables());
     if (at != at_) {
       at_ = at;
@@ -32,7 +32,7 @@ class Trials {
     }
     if (!found_.valid) return false;
     std::copy_n(found_.r.data(), found_.r.size(), r);
-    if (J != nullptr) std::copy_n(found_.J.data(), found_.J.size(), J);
+    if (jacobian != nullptr) std::copy_n(found_.J.data(), found_.J.size(), jacobian);
     return true;
   }
 

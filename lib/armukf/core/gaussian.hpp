@@ -22,10 +22,10 @@ template <int MaxStates, int MaxSize>
 struct BoundedShape {
   static constexpr int kStates = MaxStates;
   static constexpr int kSize = MaxSize;
-  int states_ = MaxStates;
-  int size_ = MaxSize;
-  int states() const { return states_; }
-  int size() const { return size_; }
+  int moving = MaxStates;  // rows in use
+  int all = MaxSize;
+  int states() const { return moving; }
+  int size() const { return all; }
 };
 
 /// A row of a belief: an entry per element, padded with zeros to whole packs.

@@ -90,10 +90,10 @@ std::vector<double> crosscorrelation(std::span<const double> e, std::span<const 
 double ljung_box_p(std::span<const double> r, std::size_t n) {
   const auto lags = std::min(r.size(), n > 0 ? n - 1 : 0);
   const auto size = static_cast<double>(n);
-  double Q = 0.0;
+  double statistic = 0.0;
   for (std::size_t k = 1; k <= lags; ++k)
-    Q += size * (size + 2.0) * r[k - 1] * r[k - 1] / (size - static_cast<double>(k));
-  return chi_square_tail(Q, static_cast<double>(lags));
+    statistic += size * (size + 2.0) * r[k - 1] * r[k - 1] / (size - static_cast<double>(k));
+  return chi_square_tail(statistic, static_cast<double>(lags));
 }
 
 double ljung_box_p(std::span<const double> e) {

@@ -4,29 +4,40 @@
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace armukf {
 namespace {
 
-/// The residuals as Ceres wants them: one block of all, of one block of variables.
+/// Variables that a search leaves alone, one flag each.
+using Fixed = std::vector<bool>;
+
+/// The residuals as Ceres wants them: one block of all, of one block of variables. A variable by
+/// which nothing changes is not moved.
 class Block final : public ceres::CostFunction {
  public:
-  Block(int variables, int residuals, const Residuals& f, int& evaluations)
-      : f_(f), evaluations_(evaluations) {
-    mutable_parameter_block_sizes()->push_back(variables);
+  Block(int residuals, const Residuals& f, const Fixed& fixed, int& evaluations)
+      : f_(f), fixed_(fixed), evaluations_(evaluations) {
+    mutable_parameter_block_sizes()->push_back(static_cast<int>(fixed.size()));
     set_num_residuals(residuals);
   }
 
   bool Evaluate(const double* const* z, double* r,  // NOLINT(readability-identifier-naming)
                 double** J) const override {
     ++evaluations_;
-    return f_(z[0], r, J == nullptr ? nullptr : J[0]);
+    double* rows = J == nullptr ? nullptr : J[0];
+    if (!f_(z[0], r, rows)) return false;
+    const std::size_t n = fixed_.size();
+    for (std::size_t j = 0; rows != nullptr && j < n; ++j)
+      for (int i = 0; fixed_[j] && i < num_residuals(); ++i) rows[i * n + j] = 0.0;
+    return true;
   }
 
  private:
   const Residuals& f_;
+  const Fixed& fixed_;
   int& evaluations_;
 };
 
@@ -55,6 +66,31 @@ std::string reason(const ceres::Solver::Summary& summary) {
   }
 }
 
+/// Goes on from minimum.z.
+void descend(const Variables& variables, int residuals, const Residuals& f, const Fixed& fixed,
+             const SearchLimits& limits, Minimum& minimum) {
+  ceres::Problem problem;
+  double* z = minimum.z.data();
+  problem.AddResidualBlock(new Block(residuals, f, fixed, minimum.evaluations), nullptr, z);
+  for (int j = 0; j < static_cast<int>(minimum.z.size()); ++j) {
+    if (std::isfinite(variables.lower[j])) problem.SetParameterLowerBound(z, j, variables.lower[j]);
+    if (std::isfinite(variables.upper[j])) problem.SetParameterUpperBound(z, j, variables.upper[j]);
+  }
+  ceres::Solver::Summary summary;
+  ceres::Solve(options_for(limits), &problem, &summary);
+  minimum.cost = summary.final_cost;
+  minimum.iterations += summary.num_successful_steps + summary.num_unsuccessful_steps;
+  minimum.converged = summary.termination_type == ceres::CONVERGENCE;
+  minimum.termination = reason(summary);
+}
+
+Fixed on_bounds(const Variables& variables, const std::vector<double>& z) {
+  Fixed fixed;
+  for (std::size_t j = 0; j < z.size(); ++j)
+    fixed.push_back(z[j] <= variables.lower[j] || z[j] >= variables.upper[j]);
+  return fixed;
+}
+
 }  // namespace
 
 Minimum least_squares(const Variables& variables, int residuals, const Residuals& f,
@@ -68,22 +104,11 @@ Minimum least_squares(const Variables& variables, int residuals, const Residuals
     minimum.termination = "the start cannot be simulated";
     return minimum;
   }
-  const int n = static_cast<int>(minimum.z.size());
-  ceres::Problem problem;
-  problem.AddResidualBlock(new Block(n, residuals, f, minimum.evaluations), nullptr,
-                           minimum.z.data());
-  for (int j = 0; j < n; ++j) {
-    if (std::isfinite(variables.lower[j]))
-      problem.SetParameterLowerBound(minimum.z.data(), j, variables.lower[j]);
-    if (std::isfinite(variables.upper[j]))
-      problem.SetParameterUpperBound(minimum.z.data(), j, variables.upper[j]);
-  }
-  ceres::Solver::Summary summary;
-  ceres::Solve(options_for(limits), &problem, &summary);
-  minimum.cost = summary.final_cost;
-  minimum.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
-  minimum.converged = summary.termination_type == ceres::CONVERGENCE;
-  minimum.termination = reason(summary);
+  descend(variables, residuals, f, Fixed(minimum.z.size(), false), limits, minimum);
+  // A step that a bound cuts short is a poor step for the other variables: they go on alone.
+  const Fixed fixed = on_bounds(variables, minimum.z);
+  if (std::ranges::find(fixed, true) != fixed.end())
+    descend(variables, residuals, f, fixed, limits, minimum);
   return minimum;
 }
 

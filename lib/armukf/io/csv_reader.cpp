@@ -104,7 +104,7 @@ Columns parse_columns(std::string_view text) {
     if (entry.size() == rest.size()) break;
     rest.remove_prefix(entry.size() + 1);
   }
-  const Columns result{names[0].value_or("t"), names[1].value_or("u"), names[2].value_or("y")};
+  Columns result{names[0].value_or("t"), names[1].value_or("u"), names[2].value_or("y")};
   if (result.t == result.u || result.t == result.y || result.u == result.y) {
     fail("t, u and y must be three different columns");
   }

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <optional>
 #include <variant>
 
@@ -14,8 +13,6 @@
 
 namespace armukf {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// The arm of the published study, whose sizes are known while compiling.
 using PublishedShape = FixedShape<kArmStates, kArmParameters - kAm>;
