@@ -105,6 +105,11 @@ struct Session::State {
 Session::State::State(const Model& m, const EstimatorSettings& s)
     : model(m), coordinates(m), settings(s) {
   find_filter(s.filter);
+  const double n = static_cast<double>(model.states.size()) + coordinates.size();
+  if (!(s.spread.alpha > 0.0 && n + s.spread.kappa > 0.0))
+    throw InputError(fmt::format(
+        "kappa: {} is too small: alpha and n + kappa must be above 0, n = {} states and unknowns",
+        s.spread.kappa, n));
   for (const auto& factors : settings.race.starts) {
     runners.push_back({make_engine(model, coordinates, settings)});
     std::visit([&](auto& e) { e.believe_parameters(start_values(model, factors)); },
