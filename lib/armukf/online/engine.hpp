@@ -93,13 +93,13 @@ class Engine {
     return armukf::innovation(belief_, kSpeedMotor, y, sensor * sensor + model_error_);
   }
 
-  /// Takes the innovation into the belief, and into what is thought of the model's error, dt (s)
-  /// after the last one.
-  void update(const Innovation& innovation, double dt) {
+  /// Takes the innovation at t (s) into the belief, and into what is thought of the model's error.
+  void update(const Innovation& innovation, double t) {
     condition(belief_, kSpeedMotor, innovation);
     const ModelError& error = settings_->noise.model_error;
     const double seen = error.gain * innovation.value * innovation.value;
-    model_error_ += std::min(1.0, dt / error.time_s) * (seen - model_error_);
+    model_error_ += std::min(1.0, (t - updated_at_) / error.time_s) * (seen - model_error_);
+    updated_at_ = t;
     model_error_ = std::max(model_error_, error.least * error.least);
     refresh_parameters();
   }
@@ -156,6 +156,7 @@ class Engine {
   Gaussian<Shape> belief_;
   std::array<double, kMaxParameters> parameters_{};  // physical, at the belief's mean
   double model_error_;                               // (rad/s)^2, variance
+  double updated_at_ = 0.0;  // s, time of the last measurement that was used
 };
 
 }  // namespace armukf

@@ -152,7 +152,7 @@ Status Session::State::update(Runner& runner, const Sample& sample, Innovation& 
         }
         runner.rejected_in_a_row = 0;
         runner.log_likelihood += innovation.log_likelihood();
-        engine.update(innovation, last ? sample.t - last->t : 0.0);
+        engine.update(innovation, sample.t - first_time);
         return Status::kOk;
       },
       runner.engine);

@@ -1,0 +1,107 @@
+#include "armukf/model/coordinates.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <random>
+#include <vector>
+
+namespace armukf {
+namespace {
+
+std::vector<double> values_of(const Model& model) {
+  std::vector<double> values;
+  for (const Parameter& p : model.parameters) values.push_back(p.value);
+  return values;
+}
+
+/// The choices of unknowns that have coordinates of their own.
+std::vector<Model> choices() {
+  std::vector<Model> models(5, published_estimate());
+  models[1].parameter("a_m").known = true;
+  models[2].parameter("a_g").known = true;
+  for (Parameter& p : models[3].parameters) p.known = false;
+  models[4].add_effect("torque_bias");
+  models[4].parameter("k_a").upper = 40.0;
+  models[4].parameter("k_g1").lower = 5.0;
+  return models;
+}
+
+TEST(FreeCoordinates, GoThereAndBack) {
+  for (const Model& model : choices()) {
+    const FreeCoordinates coordinates(model);
+    const std::vector<double> p = values_of(model);
+    const std::vector<double> z = coordinates.from_physical(p);
+    std::vector<double> back(p.size());
+    coordinates.to_physical(z.data(), back.data());
+    for (std::size_t i = 0; i < p.size(); ++i)
+      EXPECT_NEAR(back[i], p[i], 1e-13 * (1.0 + std::abs(p[i]))) << model.parameters[i].name;
+  }
+}
+
+TEST(FreeCoordinates, LeadNowhereUnphysical) {
+  std::mt19937_64 generator(5);
+  std::uniform_real_distribution<double> anywhere(-15.0, 15.0);
+  for (const Model& model : choices()) {
+    const FreeCoordinates coordinates(model);
+    std::vector<double> z(coordinates.size());
+    std::vector<double> p(model.parameters.size());
+    for (int trial = 0; trial < 200; ++trial) {
+      for (double& value : z) value = anywhere(generator);
+      coordinates.to_physical(z.data(), p.data());
+      for (std::size_t i = 0; i < p.size(); ++i) {
+        EXPECT_GE(p[i], model.parameters[i].lower) << model.parameters[i].name;
+        EXPECT_LE(p[i], model.parameters[i].upper) << model.parameters[i].name;
+      }
+      EXPECT_LT(p[kAm] + p[kAg], 1.0);
+    }
+  }
+}
+
+TEST(FreeCoordinates, LetAStartOnItsBoundLeave) {
+  const Model model = published_arm();  // k_g3 = 0
+  const FreeCoordinates coordinates(model);
+  const std::vector<double> z = coordinates.from_physical(values_of(model));
+  std::vector<double> p(model.parameters.size());
+  coordinates.to_physical(z.data(), p.data());
+  EXPECT_NEAR(p[kKg3], model.parameter("k_g3").scale, 1e-12);
+}
+
+TEST(FreeCoordinates, DeviationsAreThoseOfTheJacobian) {
+  using Number = Dual<16>;
+  std::mt19937_64 generator(9);
+  std::normal_distribution<double> normal;
+  for (const Model& model : choices()) {
+    const FreeCoordinates coordinates(model);
+    const int n = coordinates.size();
+    const std::vector<double> p = values_of(model);
+    const std::vector<double> z = coordinates.from_physical(p);
+    std::vector<std::array<double, 16>> root(n);  // covariance = root root'
+    for (auto& row : root)
+      for (double& value : row) value = 0.1 * normal(generator);
+    const auto covariance = [&](int i, int j) {
+      double sum = 0.0;
+      for (int k = 0; k < 16; ++k) sum += root[i][k] * root[j][k];
+      return sum;
+    };
+    std::vector<Number> variables;
+    for (int k = 0; k < n; ++k) variables.push_back(Number::variable(z[k], k));
+    std::vector<Number> values(p.size());
+    coordinates.to_physical(variables.data(), values.data());
+    std::vector<double> sd(n);
+    coordinates.deviations(p.data(), covariance, sd.data());
+    for (int k = 0; k < n; ++k) {
+      const Number& value = values[coordinates.unknowns()[k]];
+      double variance = 0.0;
+      for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j)
+          variance += value.gradient[i] * value.gradient[j] * covariance(i, j);
+      EXPECT_NEAR(sd[k], std::sqrt(variance), 1e-10 * (1.0 + sd[k]))
+          << model.parameters[coordinates.unknowns()[k]].name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace armukf

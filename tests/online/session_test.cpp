@@ -1,0 +1,198 @@
+#include "armukf/online/session.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "armukf/batch/experiment.hpp"
+#include "armukf/core/error.hpp"
+#include "armukf/online/tally.hpp"
+
+namespace armukf {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::vector<Sample> record(int samples) {
+  ExperimentSettings experiment;
+  experiment.samples = samples;
+  experiment.sensor_noise = 0.05;
+  return simulate_experiment(published_estimate(), experiment).record.samples;
+}
+
+EstimatorSettings settings_of(const char* filter) {
+  EstimatorSettings settings;
+  settings.filter = filter;
+  return settings;
+}
+
+/// What is believed, kept beyond the next step.
+struct Belief {
+  std::vector<double> values;
+  std::vector<double> deviations;
+  Status status = Status::kOk;
+};
+
+Belief step(Session& session, const Sample& sample) {
+  const Estimate e = session.step(sample);
+  return {{e.values.begin(), e.values.end()}, {e.deviations.begin(), e.deviations.end()}, e.status};
+}
+
+Belief run(Session& session, const std::vector<Sample>& samples) {
+  Belief last;
+  for (const Sample& sample : samples) last = step(session, sample);
+  return last;
+}
+
+class Filter : public ::testing::TestWithParam<const char*> {
+ protected:
+  EstimatorSettings settings_ = settings_of(GetParam());
+  Session session_{published_arm(), settings_};
+  std::vector<Sample> samples_ = record(400);
+};
+
+TEST_P(Filter, RepeatsItselfToTheLastBit) {
+  Session other(published_arm(), settings_);
+  EXPECT_EQ(run(session_, samples_).values, run(other, samples_).values);
+}
+
+TEST_P(Filter, MissingMeasurementOnlyCarriesTheBeliefForward) {
+  const Belief before = run(session_, samples_);
+  Sample next = samples_.back();
+  next.t += 5e-4;
+  next.y = kNaN;
+  const Belief after = step(session_, next);
+  EXPECT_EQ(after.status, Status::kMissing);
+  EXPECT_GT(after.deviations[kSpeedMotor], before.deviations[kSpeedMotor]);
+  EXPECT_TRUE(std::ranges::equal(after.values.begin() + 5, after.values.end(),
+                                 before.values.begin() + 5, before.values.end()));
+}
+
+TEST_P(Filter, SpikeIsRejectedAndForgotten) {
+  Session clean(published_arm(), settings_);
+  std::vector<Sample> spiked = samples_;
+  spiked[200].y += 1000.0;
+  Belief at_spike;
+  for (int k = 0; k <= 200; ++k) at_spike = step(session_, spiked[k]);
+  EXPECT_EQ(at_spike.status, Status::kRejected);
+  for (int k = 201; k < 400; ++k) at_spike = step(session_, spiked[k]);
+  const Belief undisturbed = run(clean, samples_);
+  for (std::size_t i = 0; i < undisturbed.values.size(); ++i)
+    EXPECT_NEAR(at_spike.values[i], undisturbed.values[i], 0.5 * undisturbed.deviations[i]) << i;
+}
+
+TEST_P(Filter, RestartsItsStatesAfterALongGapAndKeepsTheParameters) {
+  const Belief before = run(session_, samples_);
+  Sample next = samples_.back();
+  next.t += 1.0;
+  const Belief after = step(session_, next);
+  EXPECT_EQ(after.status, Status::kGap);
+  EXPECT_NEAR(after.deviations[kTwistArm], settings_.prior.twist, 0.01);
+  for (std::size_t i = 5; i < after.values.size(); ++i)
+    EXPECT_NEAR(after.values[i], before.values[i], 1e-9 * std::abs(before.values[i])) << i;
+}
+
+TEST_P(Filter, RestartsAfterALongRunOfRejections) {
+  run(session_, samples_);
+  Sample next = samples_.back();
+  next.y += 500.0;
+  int resets = 0;
+  for (int k = 0; k < settings_.gate.patience; ++k) {
+    next.t += 5e-4;
+    resets += step(session_, next).status == Status::kReset;
+  }
+  EXPECT_EQ(resets, 1);
+  next.t += 5e-4;
+  EXPECT_NEAR(step(session_, next).values[kSpeedMotor], next.y, 50.0);
+}
+
+TEST_P(Filter, IntervalCutInTwoTellsTheSame) {
+  // Half-way samples without a measurement, the torque held. With a belief so narrow that the arm
+  // is nearly linear within it, only the integrator's own error remains.
+  std::vector<Sample> halved;
+  for (const Sample& sample : samples_) {
+    halved.push_back(sample);
+    halved.push_back({sample.t + 2.5e-4, sample.u, kNaN});
+  }
+  halved.pop_back();
+  Model sure = published_estimate();
+  for (Parameter& p : sure.parameters) p.spread = 0.01;
+  settings_.prior = {.twist = 0.01, .speed = 0.1};
+  settings_.race.starts = {{}};
+  settings_.noise.parameter_walk = {};
+  Session once(sure, settings_);
+  Session twice(sure, settings_);
+  const Belief whole = run(once, samples_);
+  const Belief cut = run(twice, halved);
+  for (std::size_t i = 0; i < whole.values.size(); ++i)
+    EXPECT_NEAR(cut.values[i], whole.values[i], 0.02 * whole.deviations[i]) << i;
+}
+
+TEST_P(Filter, StaysPhysicalWithAPriorThreeTimesTooWide) {
+  Model vague = published_arm();
+  for (Parameter& p : vague.parameters) p.spread *= 3.0;
+  Session session(vague, settings_);
+  for (const Sample& sample : record(2000)) {
+    const Estimate e = session.step(sample);
+    for (const double value : e.values) ASSERT_TRUE(std::isfinite(value));
+    for (const double sd : e.deviations) ASSERT_TRUE(std::isfinite(sd) && sd >= 0.0);
+    ASSERT_LT(e.values[5] + e.values[6], 1.0);
+    for (std::size_t i = 5; i < e.values.size(); ++i) ASSERT_GE(e.values[i], 0.0);
+  }
+}
+
+TEST_P(Filter, FindsTheArmItNeverSaw) {
+  const Belief end = run(session_, record(6000));
+  const Model truth = published_estimate();
+  EXPECT_NEAR(end.values[5], truth.parameter("a_m").value, 0.02);
+  EXPECT_NEAR(end.values[7], truth.parameter("k_g1").value, 2.0);
+  EXPECT_GT(end.values[8], 5.0);  // k_g3, which started at 0
+}
+
+TEST_P(Filter, WorksWithEveryEffectAndEveryUnknown) {
+  for (const std::string_view effect : effect_names()) {
+    Model model = published_arm();
+    model.add_effect(effect);
+    model.parameter("Fc").known = false;
+    model.parameter("a_g").known = true;
+    Session session(model, settings_);
+    const Belief end = run(session, samples_);
+    EXPECT_EQ(end.values.size(), model.states.size() + model.unknowns().size());
+    for (const double value : end.values) EXPECT_TRUE(std::isfinite(value)) << effect;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryFilter, Filter, ::testing::Values("ukf", "ekf"));
+
+TEST(Session, RefusesAFilterThatDoesNotExist) {
+  try {
+    Session session(published_arm(), settings_of("kf"));
+    FAIL() << "taken";
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "unknown filter 'kf'; known are: ukf, ekf");
+  }
+}
+
+TEST(Session, EveryFilterHasATest) {
+  EXPECT_EQ(filter_names(), (std::vector<std::string_view>{"ukf", "ekf"}));
+}
+
+TEST(Tally, CountsWhatBecameOfEachSample) {
+  Session session(published_arm(), {});
+  std::vector<Sample> samples = record(100);
+  samples[50].y = kNaN;
+  samples[60].y = 1e4;
+  Tally tally;
+  for (const Sample& sample : samples) tally.add(session.step(sample));
+  EXPECT_EQ(tally.samples(), 100u);
+  EXPECT_EQ(tally.count(Status::kMissing), 1u);
+  EXPECT_EQ(tally.count(Status::kRejected), 1u);
+  EXPECT_EQ(tally.innovations().count(), 98u);
+}
+
+}  // namespace
+}  // namespace armukf
