@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Prints the parameters of an estimate's JSON beside those that `armukf simulate` uses by default."""
 
 import json

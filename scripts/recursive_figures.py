@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Measures how good the recursive estimate is, over many seeds and starts, and checks the figures.
 
     recursive_figures.py known-noise      50 simulated records, noise settings as simulated

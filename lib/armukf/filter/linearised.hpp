@@ -26,10 +26,10 @@ class Linearised {
     Image<Shape> image;
     for (int i = 0; i < s; ++i) {
       image.mean[i] = moved[i].value;
-      Row F_P{};
-      for (int j = 0; j < n; ++j) F_P += moved[i].gradient[j] * belief.covariance[j];
-      image.covariance[i] = F_P;
-      for (int k = 0; k <= i; ++k) image.covariance[i][k] = dot(F_P, moved[k].gradient);
+      Row product{};
+      for (int j = 0; j < n; ++j) product += moved[i].gradient[j] * belief.covariance[j];
+      image.covariance[i] = product;
+      for (int k = 0; k <= i; ++k) image.covariance[i][k] = dot(product, moved[k].gradient);
     }
     for (int i = 0; i < s; ++i)
       for (int k = i + 1; k < s; ++k) image.covariance[i][k] = image.covariance[k][i];
