@@ -4,10 +4,13 @@
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <new>
+#include <string>
 #include <vector>
 
 #include "armukf/batch/experiment.hpp"
+#include "armukf/io/csv_writer.hpp"
 #include "armukf/online/engine.hpp"
 #include "armukf/online/session.hpp"
 #include "filter/textbook_ukf.hpp"
@@ -60,7 +63,9 @@ std::vector<double> start_values(const Model& model) {
 }
 
 void count_allocations(benchmark::State& state, std::size_t before) {
-  state.counters["allocations"] = static_cast<double>(allocations - before);
+  const std::size_t count = allocations - before;
+  state.counters["allocations"] = static_cast<double>(count);
+  if (count != 0) state.SkipWithError("a step must not allocate");
 }
 
 template <template <class> class Rule>
@@ -132,6 +137,28 @@ void session_step(benchmark::State& state, const char* filter) {
 }
 BENCHMARK_CAPTURE(session_step, ukf, "ukf");
 BENCHMARK_CAPTURE(session_step, ekf, "ekf");
+
+/// The program from a CSV file to all columns of CSV; items are rows.
+void whole_program(benchmark::State& state, const std::string& filter) {
+  constexpr int kRepeats = 20;
+  const std::string path = std::filesystem::temp_directory_path() / "armukf_benchmark.csv";
+  {
+    CsvWriter writer(path);
+    writer.row(std::array<std::string, 3>{"t", "u", "y"});
+    double t = 0.0;
+    for (int k = 0; k < kRepeats; ++k)
+      for (const Sample& s : samples()) writer.row(std::array{t += kStep, s.u, s.y});
+    writer.flush();
+  }
+  const std::string command =
+      ARMUKF_PROGRAM " --quiet --filter " + filter + " " + path + " > /dev/null";
+  for (auto _ : state)
+    if (std::system(command.c_str()) != 0) state.SkipWithError("the program failed");
+  state.SetItemsProcessed(state.iterations() * kRepeats * static_cast<long>(samples().size()));
+  std::filesystem::remove(path);
+}
+BENCHMARK_CAPTURE(whole_program, ukf, "ukf")->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(whole_program, ekf, "ekf")->UseRealTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace armukf

@@ -153,6 +153,26 @@ TEST_P(Filter, FindsTheArmItNeverSaw) {
   EXPECT_GT(end.values[8], 5.0);  // k_g3, which started at 0
 }
 
+TEST_P(Filter, BeginsWithoutItsFirstMeasurements) {
+  for (int k = 0; k < 20; ++k) samples_[k].y = kNaN;
+  int rejected = 0;
+  for (const Sample& sample : samples_)
+    rejected += step(session_, sample).status == Status::kRejected;
+  EXPECT_EQ(rejected, 0);
+}
+
+TEST_P(Filter, LetsAParameterLeaveEitherBoundOfItsInterval) {
+  for (const double bound : {-20.0, 20.0}) {
+    Model model = published_estimate();
+    model.add_effect("torque_bias");
+    model.parameter("torque_bias").value = bound;
+    Session session(model, settings_);
+    const Belief end = run(session, samples_);
+    EXPECT_LT(std::abs(end.values.back()), 19.9);
+    EXPECT_TRUE(std::isfinite(end.deviations.back()));
+  }
+}
+
 TEST_P(Filter, WorksWithEveryEffectAndEveryUnknown) {
   for (const std::string_view effect : effect_names()) {
     Model model = published_arm();

@@ -49,30 +49,34 @@ class Engine {
   /// Believes these parameters (one value per parameter of the model) with their prior spread.
   void believe_parameters(const std::vector<double>& p) {
     const std::vector<double> z = coordinates_->from_physical(p);
-    for (int k = 0; k < coordinates_->size(); ++k) {
-      const int i = belief_.shape.states() + k;
-      belief_.mean[i] = z[k];
-      forget(i, prior_sd(k, p[coordinates_->unknowns()[k]]));
-    }
+    const int first = belief_.shape.states();
+    std::copy(z.begin(), z.end(), belief_.mean.begin() + first);
     refresh_parameters();
+    for (int k = 0; k < coordinates_->size(); ++k) forget(first + k, prior_sd(k));
   }
 
-  /// Believes the springs at rest and all masses at the speed y (rad/s), with the prior spread.
+  /// Believes the springs at rest and all masses at the speed y (rad/s), with the prior spread; at
+  /// any speed where y is NaN.
   void believe_rest(double y) {
     const StatePrior& prior = settings_->prior;
-    const double sensor = settings_->noise.sensor;
-    const std::array sd{prior.twist, prior.twist, std::max(sensor, kLeastSpeedSd), prior.speed,
-                        prior.speed};
+    const bool measured = !std::isnan(y);
+    const double motor_sd =
+        measured ? std::max(settings_->noise.sensor, kLeastSpeedSd) : kAnySpeedSd;
+    const std::array sd{prior.twist, prior.twist, motor_sd, prior.speed, prior.speed};
     for (int i = 0; i < belief_.shape.states(); ++i) {
-      belief_.mean[i] = i == kTwistGear || i == kTwistArm || i >= kArmStates ? 0.0 : y;
+      const bool is_speed = i == kSpeedMotor || i == kSpeedGear || i == kSpeedArm;
+      belief_.mean[i] = is_speed && measured ? y : 0.0;
       forget(i, i < kArmStates ? sd[i] : 1.0);
     }
   }
 
   /// Starts anew after the numbers went wrong: states at rest, and the parameters as last believed
-  /// but with their prior spread.
+  /// (from the start if that is no number) with their prior spread.
   void restart(double y) {
-    believe_parameters({parameters_.begin(), parameters_.begin() + model_->parameters.size()});
+    std::vector<double> p;
+    for (std::size_t i = 0; i < model_->parameters.size(); ++i)
+      p.push_back(std::isfinite(parameters_[i]) ? parameters_[i] : model_->parameters[i].value);
+    believe_parameters(p);
     believe_rest(y);
   }
 
@@ -111,17 +115,21 @@ class Engine {
 
  private:
   static constexpr double kLeastSpeedSd =
-      1e-3;                                    // rad/s, keeps a belief without sensor noise regular
-  static constexpr double kLeastNoise = 1e-9;  // 1/s^1/2, keeps the belief's root from degenerating
+      1e-3;                                    // rad/s: a belief without sensor noise stays regular
+  static constexpr double kAnySpeedSd = 30.0;  // rad/s: what an axis of a robot may be doing
+  static constexpr double kLeastNoise = 1e-9;  // 1/s^1/2: the belief's root does not degenerate
 
   void refresh_parameters() {
     coordinates_->to_physical(belief_.mean.begin() + belief_.shape.states(), parameters_.data());
   }
 
-  /// Prior deviation of the k-th free coordinate about the parameter's value.
-  double prior_sd(int k, double value) const {
-    const int position = coordinates_->unknowns()[k];
-    return model_->parameters[position].spread * coordinates_->natural_unit(k, value);
+  /// Prior deviation of the k-th free coordinate about the believed value.
+  double prior_sd(int k) const {
+    return model_->parameters[coordinates_->unknowns()[k]].spread * natural_unit(k);
+  }
+
+  double natural_unit(int k) const {
+    return coordinates_->natural_unit(k, parameters_[coordinates_->unknowns()[k]]);
   }
 
   void forget(int i, double sd) {
@@ -143,8 +151,7 @@ class Engine {
     sum[kSpeedArm] = variance(c.arm_mobility * noise.arm_torque);
     const double walk = noise.parameter_walk.at(t);
     for (int k = 0; k < coordinates_->size(); ++k) {
-      const double unit = coordinates_->natural_unit(k, parameters_[coordinates_->unknowns()[k]]);
-      sum[belief_.shape.states() + k] = variance(walk * unit);
+      sum[belief_.shape.states() + k] = variance(walk * natural_unit(k));
     }
     return sum;
   }

@@ -124,16 +124,16 @@ Status Session::State::predict(Runner& runner, const Sample& sample) {
   return std::visit(
       [&](auto& engine) {
         if (!last) {
-          engine.believe_rest(std::isnan(sample.y) ? 0.0 : sample.y);
+          engine.believe_rest(sample.y);
           return Status::kOk;
         }
         const double dt = sample.t - last->t;
         if (dt > settings.gate.longest_gap_s) {
-          engine.believe_rest(std::isnan(sample.y) ? 0.0 : sample.y);
+          engine.believe_rest(sample.y);
           return Status::kGap;
         }
         if (engine.predict(last->t - first_time, dt, last->u)) return Status::kOk;
-        engine.restart(std::isnan(sample.y) ? 0.0 : sample.y);
+        engine.restart(sample.y);
         return Status::kReset;
       },
       runner.engine);
