@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <concepts>
 
@@ -37,15 +36,9 @@ inline Pack exp(Pack x) {
   return series * __builtin_bit_cast(Pack, exponent);
 }
 
-/// e[i] = exp(z[i]) for i < n, a register at a time.
+/// e[i] = exp(z[i]) for i < n.
 inline void exponentials(const double* z, double* e, int n) {
-  for (int i = 0; i < n; i += kPackWidth) {
-    const int count = std::min(kPackWidth, n - i);
-    Pack some{};
-    for (int k = 0; k < count; ++k) some[k] = z[i + k];
-    some = exp(some);
-    for (int k = 0; k < count; ++k) e[i + k] = some[k];
-  }
+  for (int i = 0; i < n; ++i) e[i] = std::exp(z[i]);
 }
 inline void exponentials(const Pack* z, Pack* e, int n) {
   for (int i = 0; i < n; ++i) e[i] = exp(z[i]);

@@ -15,13 +15,17 @@ class Linearised {
   using Row = BeliefRow<Shape>;
   using Number = Dual<padded(Shape::kSize)>;
 
+  Linearised() {
+    for (int i = 0; i < Shape::kSize; ++i) directions_[i][i] = 1.0;
+  }
+
   /// f takes the rows of states and of unknowns, each a Number, and returns the moved states.
   template <class F>
   Image<Shape> operator()(const Gaussian<Shape>& belief, const F& f) const {
     const int n = belief.shape.size();
     const int s = belief.shape.states();
     std::array<Number, Shape::kSize> x;
-    for (int i = 0; i < n; ++i) x[i] = Number::variable(belief.mean[i], i);
+    for (int i = 0; i < n; ++i) x[i] = Number(belief.mean[i], directions_[i]);
     const std::array<Number, Shape::kStates> moved = f(x.data(), x.data() + s);
     Image<Shape> image;
     for (int i = 0; i < s; ++i) {
@@ -35,6 +39,9 @@ class Linearised {
       for (int k = i + 1; k < s; ++k) image.covariance[i][k] = image.covariance[k][i];
     return image;
   }
+
+ private:
+  std::array<Row, Shape::kSize> directions_{};  // unit rows, ready to load
 };
 
 }  // namespace armukf

@@ -59,13 +59,13 @@ struct Coefficients {
 
 /// Friction torque (N.m) at motor speed w (rad/s): viscous, Coulomb and Stribeck; odd in w.
 template <class T>
-T friction(const Coefficients<T>& c, const T& w) {
+[[gnu::always_inline]] inline T friction(const Coefficients<T>& c, const T& w) {
   return c.Fv * w + (c.Fc + c.Fcs * sech(T(c.alpha * w))) * tanh(T(c.beta * w));
 }
 
 /// Torque (N.m) of the gear's spring, hardening with its twist (rad); acts against positive twist.
 template <class T>
-T gear_spring(const Coefficients<T>& c, const T& twist) {
+[[gnu::always_inline]] inline T gear_spring(const Coefficients<T>& c, const T& twist) {
   return (c.k_g1 + c.k_g3 * (twist * twist)) * twist;
 }
 

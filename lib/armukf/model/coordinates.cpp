@@ -64,11 +64,9 @@ double FreeCoordinates::slope(int position, double value) const {
   return (value - p.lower) * (p.upper - value) / (p.upper - p.lower);
 }
 
-double FreeCoordinates::natural_unit(int position, double value) const {
+double FreeCoordinates::unit_from_scale(int position, double value) const {
   constexpr double kMost =
       3.0;  // z from 3 to -3 is 90 % of an interval; near its bounds slopes vanish
-  const bool relative = kinds_[position] == Kind::kShare || kinds_[position] == Kind::kLog;
-  if (relative) return 1.0;
   const double unit = parameters_[unknowns_[position]].scale / slope(position, value);
   return kinds_[position] == Kind::kInterval ? std::min(unit, kMost) : unit;
 }

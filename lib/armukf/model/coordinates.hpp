@@ -43,11 +43,15 @@ class FreeCoordinates {
 
   /// How far z moves for a change of "one size": 1 for shares and logarithms, where z is relative
   /// by nature; elsewhere the step of z that moves the parameter by its scale, at that value.
-  double natural_unit(int position, double value) const;
+  double natural_unit(int position, double value) const {
+    const bool relative = kinds_[position] == Kind::kShare || kinds_[position] == Kind::kLog;
+    return relative ? 1.0 : unit_from_scale(position, value);
+  }
 
  private:
   enum class Kind { kShare, kLog, kInterval, kLinear };
   Kind kind_of(int parameter) const;
+  double unit_from_scale(int position, double value) const;
   double slope(int position, double value) const;  // dp/dz, for all but shares
 
   std::vector<Parameter> parameters_;
