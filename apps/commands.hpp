@@ -6,6 +6,7 @@
 /// read. What is wrong with the user's input leaves it as an InputError.
 namespace armukf::apps {
 
+void add_compare(CLI::App& program);
 void add_estimate(CLI::App& program);
 void add_evaluate(CLI::App& program);
 void add_fit(CLI::App& program);

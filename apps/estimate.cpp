@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <chrono>
 #include <csignal>
@@ -8,9 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "armukf/batch/initial_states.hpp"
 #include "armukf/core/error.hpp"
-#include "armukf/io/atomic_file.hpp"
 #include "armukf/io/csv_reader.hpp"
 #include "armukf/io/csv_writer.hpp"
 #include "armukf/io/estimate_report.hpp"
@@ -20,6 +17,8 @@
 #include "model_options.hpp"
 #include "option_values.hpp"
 #include "progress.hpp"
+#include "recursion.hpp"
+#include "report_options.hpp"
 
 namespace armukf::apps {
 namespace {
@@ -56,11 +55,12 @@ Pass stream(const EstimateOptions& o, const ModelFile& start, CsvWriter* writer)
   Session session(start.model, start.settings);
   Progress progress(reader.size(), o.report.quiet);
   Pass pass;
+  Tally tally;
   const auto begin = Clock::now();
   while (const auto sample = reader.next()) {
     if (writer != nullptr && pass.samples.empty()) write_header(*writer, start.model);
     const Estimate estimate = session.step(*sample);
-    pass.summary.tally.add(estimate);
+    tally.add(estimate);
     if (writer != nullptr) {
       write_row(*writer, estimate);
       if (reader.would_wait()) writer->flush();
@@ -71,10 +71,8 @@ Pass stream(const EstimateOptions& o, const ModelFile& start, CsvWriter* writer)
     if (stop_requested != 0) break;
   }
   if (writer != nullptr) writer->flush();
-  pass.summary.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-  pass.summary.model = session.model();
-  pass.summary.sd = session.parameter_deviations();
-  pass.summary.filter = start.settings.filter;
+  const std::chrono::duration<double> taken = Clock::now() - begin;
+  pass.summary = summary_of(session, start.settings.filter, tally, taken.count());
   return pass;
 }
 
@@ -92,13 +90,6 @@ Pass last_pass(const EstimateOptions& o, const ModelFile& start) {
   return stream(o, start, &writer);
 }
 
-void simulate_final(Pass& pass, const Propagation& propagation) {
-  const SimulationFit fit = simulation_fit(pass.summary.model, pass.samples, propagation);
-  pass.summary.simulation_fit_percent = fit.fit_percent;
-  pass.summary.simulation_mse = fit.mse;
-  pass.summary.simulation_samples = pass.samples.size();
-}
-
 void check_options(const EstimateOptions& o) {
   if (o.passes > 1 && o.input == "-")
     throw InputError("--passes: standard input can be read only once; give a FILE");
@@ -107,20 +98,15 @@ void check_options(const EstimateOptions& o) {
 void estimate(const EstimateOptions& o) {
   check_options(o);
   ModelFile start = chosen_model(o.model);
-  if (!o.filter.empty())
-    start.settings.filter = of_option("--filter", [&] { return find_filter(o.filter); });
+  choose_filter(start.settings, o.filter);
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);
   start = after_early_passes(o, start);
   Pass pass = last_pass(o, start);
   if (pass.samples.empty()) return;  // stopped before the first sample
-  simulate_final(pass, start.settings.propagation);
+  add_simulation(pass.summary, pass.samples, start.settings.propagation);
   if (!o.report.quiet) fmt::print(stderr, "{}", estimate_text(pass.summary));
-  if (!o.report.json.empty()) {
-    AtomicFile file(o.report.json);
-    file.write(estimate_json(pass.summary).dump(2) + "\n");
-    file.commit();
-  }
+  write_json(o.report, estimate_json(pass.summary));
   if (!o.save.empty()) write_model_file(o.save, {pass.summary.model, start.settings});
 }
 
@@ -135,8 +121,7 @@ void add_estimate(CLI::App& program) {
   command.footer(
       "Rows go to standard output, the summary to standard error; with --json - only the JSON is\n"
       "printed. A row tells the belief after its sample.");
-  command.add_option("--filter", o->filter,
-                     fmt::format("one of {}; ukf by default", fmt::join(filter_names(), ", ")));
+  add_filter_option(command, o->filter);
   command
       .add_option(
           "--passes", o->passes,

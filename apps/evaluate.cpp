@@ -8,13 +8,13 @@
 #include <vector>
 
 #include "armukf/batch/segments.hpp"
-#include "armukf/io/atomic_file.hpp"
 #include "armukf/io/csv_reader.hpp"
 #include "armukf/io/fit_report.hpp"
 #include "commands.hpp"
 #include "initial_options.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"
+#include "report_options.hpp"
 
 namespace armukf::apps {
 namespace {
@@ -43,14 +43,6 @@ EvaluateSettings settings_of(const EvaluateOptions& o, const ModelFile& start) {
   return settings;
 }
 
-void report(const EvaluateOptions& o, const EvaluationSummary& summary) {
-  if (!o.report.quiet && o.report.json != "-") fmt::print("{}", evaluation_text(summary));
-  if (o.report.json.empty()) return;
-  AtomicFile file(o.report.json);
-  file.write(evaluation_json(summary).dump(2) + "\n");
-  file.commit();
-}
-
 void evaluate(const EvaluateOptions& o) {
   const ModelFile start = chosen_model(o.model);
   const EvaluateSettings settings = settings_of(o, start);
@@ -59,7 +51,7 @@ void evaluate(const EvaluateOptions& o) {
   EvaluationSummary summary{start.model, o.horizon, split_at_gaps(records), {}};
   for (const Record& record : summary.records)
     summary.evaluations.push_back(armukf::evaluate(start.model, record.samples, settings));
-  report(o, summary);
+  write_report(o.report, evaluation_text(summary), evaluation_json(summary));
 }
 
 }  // namespace

@@ -8,13 +8,13 @@
 
 #include "armukf/batch/identify.hpp"
 #include "armukf/batch/segments.hpp"
-#include "armukf/io/atomic_file.hpp"
 #include "armukf/io/csv_reader.hpp"
 #include "armukf/io/fit_report.hpp"
 #include "commands.hpp"
 #include "initial_options.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"
+#include "report_options.hpp"
 
 namespace armukf::apps {
 namespace {
@@ -29,14 +29,6 @@ struct FitOptions {
   Columns columns;
 };
 
-void report(const FitOptions& o, const FitSummary& summary) {
-  if (!o.report.quiet && o.report.json != "-") fmt::print("{}", fit_text(summary));
-  if (o.report.json.empty()) return;
-  AtomicFile file(o.report.json);
-  file.write(fit_json(summary).dump(2) + "\n");
-  file.commit();
-}
-
 void fit(FitOptions& o) {
   const auto begin = std::chrono::steady_clock::now();
   const ModelFile start = chosen_model(o.model);
@@ -49,7 +41,7 @@ void fit(FitOptions& o) {
   summary.identification = identify(start.model, summary.records, o.settings);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   summary.seconds = taken.count();
-  report(o, summary);
+  write_report(o.report, fit_text(summary), fit_json(summary));
   if (!o.save.empty()) write_model_file(o.save, {summary.identification.model, start.settings});
 }
 

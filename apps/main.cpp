@@ -29,6 +29,7 @@ void add_commands(CLI::App& program) {
   add_simulate(program);
   add_fit(program);
   add_evaluate(program);
+  add_compare(program);
   program.set_version_flag("--version", kVersion);
   for (CLI::App* command : program.get_subcommands({}))
     command->set_version_flag("--version", kVersion);

@@ -1,6 +1,7 @@
 #include "model_options.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <string_view>
@@ -52,18 +53,21 @@ void add_model_options(CLI::App& command, ModelOptions& options) {
       ->type_name("NAME");
 }
 
-void add_report_options(CLI::App& command, ReportOptions& options) {
-  command.add_option("--json", options.json, "write a summary; - is standard output")
-      ->type_name("FILE");
-  command.add_flag("--quiet", options.quiet, "print nothing but what was asked for");
-}
-
 void add_columns_option(CLI::App& command, Columns& columns) {
   command
       .add_option_function<std::string>(
           "--columns", [&columns](const std::string& text) { columns = parse_columns(text); },
           "names of the record's columns, by default t, u and y")
       ->type_name("t=NAME,u=NAME,y=NAME");
+}
+
+void add_filter_option(CLI::App& command, std::string& filter) {
+  command.add_option("--filter", filter,
+                     fmt::format("one of {}; ukf by default", fmt::join(filter_names(), ", ")));
+}
+
+void choose_filter(EstimatorSettings& settings, const std::string& name) {
+  if (!name.empty()) settings.filter = of_option("--filter", [&] { return find_filter(name); });
 }
 
 ModelFile chosen_model(const ModelOptions& options, const ModelFile& otherwise) {

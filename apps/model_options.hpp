@@ -18,15 +18,9 @@ struct ModelOptions {
   std::vector<std::string> fixed;    // names
 };
 
-/// The options that say where results go, and how much is said beside them.
-struct ReportOptions {
-  std::string json;  // file, "-" for standard output; empty: none
-  bool quiet = false;
-};
-
 void add_model_options(CLI::App& command, ModelOptions& options);
-void add_report_options(CLI::App& command, ReportOptions& options);
 void add_columns_option(CLI::App& command, Columns& columns);
+void add_filter_option(CLI::App& command, std::string& filter);
 
 /// An option that may be repeated and takes one value each time: no file name after it is lost.
 CLI::Option* add_repeatable(CLI::App& command, const std::string& names,
@@ -36,5 +30,8 @@ CLI::Option* add_repeatable(CLI::App& command, const std::string& names,
 /// then values and what is unknown. InputError, with the option's name before it, where they do not
 /// fit together.
 ModelFile chosen_model(const ModelOptions& options, const ModelFile& otherwise = {});
+
+/// The filter of that name, if one is named. InputError lists those there are.
+void choose_filter(EstimatorSettings& settings, const std::string& name);
 
 }  // namespace armukf::apps

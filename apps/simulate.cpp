@@ -18,6 +18,7 @@
 #include "commands.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"
+#include "report_options.hpp"
 
 namespace armukf::apps {
 namespace {
@@ -27,6 +28,7 @@ constexpr double kLongestSampleS = 0.002;  // s; the speed loop is unstable from
 
 struct SimulateOptions {
   std::string output;
+  std::string save;
   std::string experiment = "estimation";
   ExperimentSettings settings;
   ModelOptions model;
@@ -67,9 +69,7 @@ void write_summary(const SimulateOptions& o, const Model& model) {
                                  {"sample_time_s", s.sample_time_s}};
   for (const Parameter& p : model.parameters)
     summary["parameters"][p.name] = {{"value", p.value}, {"unit", p.unit}, {"known", p.known}};
-  AtomicFile file(o.report.json);
-  file.write(summary.dump(2) + "\n");
-  file.commit();
+  write_json(o.report, summary);
 }
 
 void simulate(SimulateOptions& o) {
@@ -77,13 +77,15 @@ void simulate(SimulateOptions& o) {
     throw InputError("--json: standard output is taken by -o");
   ExperimentSettings& s = o.settings;
   s.kind = of_option("--experiment", [&] { return find_experiment(o.experiment); });
-  const Model model = chosen_model(o.model, {published_estimate(), {}}).model;
+  const ModelFile chosen = chosen_model(o.model, {published_estimate(), {}});
+  const Model& model = chosen.model;
   const Record record =
       of_option("--samples", [&] { return simulate_experiment(model, s).record; });
   if (!std::isfinite(record.samples.back().y))
     throw std::runtime_error("the arm with these parameters runs away under speed control");
   write_record(o, model, record);
   if (!o.report.json.empty()) write_summary(o, model);
+  if (!o.save.empty()) write_model_file(o.save, chosen);
   if (!o.report.quiet && o.output != "-" && o.report.json != "-")
     fmt::print("{}: {} samples, {} s of {}\n", o.output, s.samples, s.samples * s.sample_time_s,
                record.name);
@@ -123,6 +125,7 @@ void add_simulate(CLI::App& program) {
   command.add_option("-o,--output", o->output, "the record, as CSV; - is standard output")
       ->required()
       ->type_name("FILE");
+  command.add_option("--save", o->save, "write the model that was simulated, as TOML");
   add_experiment_options(command, *o);
   add_model_options(command, o->model);
   add_report_options(command, o->report);

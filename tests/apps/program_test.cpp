@@ -1,11 +1,8 @@
+#include "apps/program.hpp"
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <string>
 
@@ -14,54 +11,8 @@
 namespace armukf {
 namespace {
 
-/// What a run of the program left behind.
-struct Outcome {
-  int status;
-  std::string output;
-  std::string error;
-};
-
-/// Runs the program in an empty folder of its own.
-class Program : public testing::Test {
- protected:
-  Program()
-      : folder_(std::filesystem::temp_directory_path() / fmt::format("armukf_{}", ::getpid())) {
-    std::filesystem::create_directory(folder_);
-  }
-  ~Program() override { std::filesystem::remove_all(folder_); }
-
-  /// `arguments` as typed into a shell.
-  Outcome run(const std::string& arguments) const {
-    const int status = std::system(fmt::format("cd '{}' && '{}' {} > out 2> err < /dev/null",
-                                               folder_.string(), ARMUKF_PROGRAM, arguments)
-                                       .c_str());
-    return {WEXITSTATUS(status), text("out"), text("err")};
-  }
-
-  std::string text(const std::string& file) const {
-    std::ostringstream content;
-    content << std::ifstream(folder_ / file).rdbuf();
-    return content.str();
-  }
-
-  void put(const std::string& file, const std::string& content) const {
-    std::ofstream(folder_ / file) << content;
-  }
-
-  bool exists(const std::string& file) const { return std::filesystem::exists(folder_ / file); }
-
-  void expect_refused(const std::string& arguments, const std::string& message) const {
-    const Outcome outcome = run(arguments);
-    EXPECT_EQ(outcome.status, 2) << arguments;
-    EXPECT_EQ(outcome.error, message + "\n") << arguments;
-    EXPECT_EQ(outcome.output, "") << arguments;
-  }
-
-  std::filesystem::path folder_;
-};
-
 TEST_F(Program, HelpAndVersionEndWellForTheProgramAndItsCommands) {
-  for (const char* command : {"", "estimate", "simulate"}) {
+  for (const char* command : {"", "estimate", "simulate", "fit", "evaluate", "compare"}) {
     const Outcome help = run(fmt::format("{} --help", command));
     EXPECT_EQ(help.status, 0) << command;
     EXPECT_NE(help.output.find("--version"), std::string::npos) << command;

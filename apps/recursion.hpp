@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "armukf/core/record.hpp"
+#include "armukf/io/estimate_report.hpp"
+#include "armukf/io/model_file.hpp"
+#include "armukf/online/session.hpp"
+#include "armukf/online/tally.hpp"
+
+namespace armukf::apps {
+
+/// What a session with this filter has come to after `seconds`; without its simulation.
+EstimateSummary summary_of(const Session& session, const std::string& filter, const Tally& tally,
+                           double seconds);
+
+/// Adds the simulation of these samples with the final parameters.
+void add_simulation(EstimateSummary& summary, const std::vector<Sample>& samples,
+                    const Propagation& propagation);
+
+/// The recursive estimate of a record held in memory, `passes` times over.
+EstimateSummary recursive_estimate(ModelFile start, const std::vector<Sample>& samples, int passes);
+
+}  // namespace armukf::apps

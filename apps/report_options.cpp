@@ -1,0 +1,30 @@
+#include "report_options.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "armukf/io/atomic_file.hpp"
+
+namespace armukf::apps {
+
+void add_report_options(CLI::App& command, ReportOptions& options) {
+  command.add_option("--json", options.json, "write a summary; - is standard output")
+      ->type_name("FILE");
+  command.add_flag("--quiet", options.quiet, "print nothing but what was asked for");
+}
+
+void write_json(const ReportOptions& options, const nlohmann::ordered_json& json) {
+  if (options.json.empty()) return;
+  AtomicFile file(options.json);
+  file.write(json.dump(2) + "\n");
+  file.commit();
+}
+
+void write_report(const ReportOptions& options, const std::string& text,
+                  const nlohmann::ordered_json& json) {
+  if (!options.quiet && options.json != "-") fmt::print("{}", text);
+  write_json(options, json);
+}
+
+}  // namespace armukf::apps
