@@ -13,6 +13,7 @@
 #include "option_values.hpp"
 #include "recursion.hpp"
 #include "report_options.hpp"
+#include "start_options.hpp"
 
 namespace armukf::apps {
 namespace {
@@ -25,6 +26,7 @@ struct CompareOptions {
   int passes = 1;
   IdentifySettings settings;
   InitialOptions initial;
+  StartOptions start;
   ModelOptions model;
   ReportOptions report;
   Columns columns;
@@ -47,10 +49,11 @@ void compare(CompareOptions& o) {
   o.settings.propagation = start.settings.propagation;
   o.settings.initial = chosen_initial(o.initial, start.model, {});
   const Record record = read_record(o.input, o.columns);
+  const std::string start_text = find_start(o.start, o.model, record, o.columns, start);
   const Comparison found{recursive_estimate(start, record.samples, o.passes),
                          batch_estimate(start, record, o.settings)};
   const Model truth = o.truth.empty() ? Model{} : read_model_file(o.truth).model;
-  write_report(o.report, compare_text(found, o.truth.empty() ? nullptr : &truth),
+  write_report(o.report, start_text + compare_text(found, o.truth.empty() ? nullptr : &truth),
                compare_json(found));
   if (!o.save.empty()) write_model_file(o.save, {found.batch.identification.model, start.settings});
 }
@@ -77,6 +80,7 @@ void add_compare(CLI::App& program) {
   command.add_option("--truth", o->truth,
                      "TOML file of the model that made the record: a column of its values");
   command.add_option("--save", o->save, "write the model with the batch estimate, as TOML");
+  add_start_options(command, o->start);
   add_initial_options(command, o->initial);
   add_model_options(command, o->model);
   add_report_options(command, o->report);

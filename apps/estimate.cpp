@@ -19,6 +19,7 @@
 #include "progress.hpp"
 #include "recursion.hpp"
 #include "report_options.hpp"
+#include "start_options.hpp"
 
 namespace armukf::apps {
 namespace {
@@ -38,6 +39,7 @@ struct EstimateOptions {
   std::string filter;
   std::string save;
   int passes = 1;
+  StartOptions start;
   ModelOptions model;
   ReportOptions report;
   Columns columns;
@@ -93,12 +95,19 @@ Pass last_pass(const EstimateOptions& o, const ModelFile& start) {
 void check_options(const EstimateOptions& o) {
   if (o.passes > 1 && o.input == "-")
     throw InputError("--passes: standard input can be read only once; give a FILE");
+  if (o.start.frequency && o.input == "-")
+    throw InputError("--start: frequency needs the whole record beforehand; give a FILE");
 }
 
 void estimate(const EstimateOptions& o) {
   check_options(o);
   ModelFile start = chosen_model(o.model);
   choose_filter(start.settings, o.filter);
+  if (o.start.any()) {
+    const Record record = o.start.frequency ? read_record(o.input, o.columns) : Record{};
+    const std::string found = find_start(o.start, o.model, record, o.columns, start);
+    if (!o.report.quiet) fmt::print(stderr, "{}", found);
+  }
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);
   start = after_early_passes(o, start);
@@ -128,6 +137,7 @@ void add_estimate(CLI::App& program) {
           "go over FILE so often, each pass from the parameters that the last one ended with")
       ->check(whole_number(1, 1000));
   command.add_option("--save", o->save, "write the model with the final parameters, as TOML");
+  add_start_options(command, o->start);
   add_model_options(command, o->model);
   add_report_options(command, o->report);
   add_columns_option(command, o->columns);

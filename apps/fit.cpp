@@ -15,6 +15,7 @@
 #include "model_options.hpp"
 #include "option_values.hpp"
 #include "report_options.hpp"
+#include "start_options.hpp"
 
 namespace armukf::apps {
 namespace {
@@ -24,6 +25,7 @@ struct FitOptions {
   std::string save;
   IdentifySettings settings;
   InitialOptions initial;
+  StartOptions start;
   ModelOptions model;
   ReportOptions report;
   Columns columns;
@@ -31,17 +33,18 @@ struct FitOptions {
 
 void fit(FitOptions& o) {
   const auto begin = std::chrono::steady_clock::now();
-  const ModelFile start = chosen_model(o.model);
+  ModelFile start = chosen_model(o.model);
   o.settings.propagation = start.settings.propagation;
   o.settings.initial = chosen_initial(o.initial, start.model, {});
-  FitSummary summary;
   std::vector<Record> records;
   for (const std::string& file : o.files) records.push_back(read_record(file, o.columns));
+  const std::string found = find_start(o.start, o.model, records.front(), o.columns, start);
+  FitSummary summary;
   summary.records = split_at_gaps(records);
   summary.identification = identify(start.model, summary.records, o.settings);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   summary.seconds = taken.count();
-  write_report(o.report, fit_text(summary), fit_json(summary));
+  write_report(o.report, found + fit_text(summary), fit_json(summary));
   if (!o.save.empty()) write_model_file(o.save, {summary.identification.model, start.settings});
 }
 
@@ -54,6 +57,7 @@ void add_fit(CLI::App& program) {
       "unless --free-initial says otherwise. Across a gap (50 ms, five usual intervals) the input "
       "is\n"
       "not known: each piece counts as an experiment with initial states of its own.\n"
+      "With several files, --start frequency looks at the first.\n"
       "sd holds if the residuals are white, HAC sd whatever their colour.");
   const auto o = std::make_shared<FitOptions>();
   command.add_option("FILE", o->files, "records, as CSV; - is standard input")->required();
@@ -67,6 +71,7 @@ void add_fit(CLI::App& program) {
   command.add_flag("--robust", o->settings.robust,
                    "Huber's loss: outliers count by their size, not by its square");
   command.add_option("--save", o->save, "write the model with the estimated parameters, as TOML");
+  add_start_options(command, o->start);
   add_initial_options(command, o->initial);
   add_model_options(command, o->model);
   add_report_options(command, o->report);

@@ -12,6 +12,7 @@
 
 #include "armukf/core/error.hpp"
 #include "commands.hpp"
+#include "start_options.hpp"
 
 namespace armukf::apps {
 namespace {
@@ -80,5 +81,5 @@ int run(const std::vector<std::string>& words) {
 
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // a reader that leaves shows as a failed write
-  return armukf::apps::run({argv + 1, argv + argc});
+  return armukf::apps::run(armukf::apps::with_joined_starts({argv + 1, argv + argc}));
 }

@@ -74,6 +74,22 @@ TEST_F(Program, OptionsThatDoNotFitTheModelTakeOneLineThatNamesTheOption) {
   EXPECT_FALSE(exists("a.csv"));
 }
 
+TEST_F(Program, StartValuesFromScratchLeaveTheFileAfterThemAndWhatWasSet) {
+  run("simulate -o slow.csv --experiment validation3 --sensor-noise 0.05 --samples 8000");
+  const Outcome fit = run("fit --start slow slow.csv slow.csv --set J=0.04 --iterations 1");
+  EXPECT_EQ(fit.status, 0) << fit.error;
+  EXPECT_TRUE(fit.output.starts_with("start values from slow motion, slow.csv\n  Fv "));
+  EXPECT_EQ(fit.output.find("  J "), std::string::npos);
+  EXPECT_EQ(run("fit --start slow=slow.csv slow.csv --set J=0.04 --iterations 1 --quiet").output,
+            "");
+  expect_refused("fit --start slow",
+                 "--start: slow needs a record of slow motion: --start slow FILE");
+  expect_refused("fit slow.csv --start fast",
+                 "--start: 'fast' is neither 'slow FILE' nor 'frequency'");
+  expect_refused("estimate --start frequency",
+                 "--start: frequency needs the whole record beforehand; give a FILE");
+}
+
 TEST_F(Program, FaultInTheModelFileIsNamedByLineAndKey) {
   put("arm.toml", "# an arm\n[noise]\nsensor = -1\n");
   expect_refused("simulate -o a.csv --model arm.toml",

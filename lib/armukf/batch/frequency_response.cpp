@@ -1,0 +1,175 @@
+#include "armukf/batch/frequency_response.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <unsupported/Eigen/FFT>
+
+#include "armukf/core/dual.hpp"
+
+namespace armukf {
+namespace {
+
+using Complex = std::complex<double>;
+using Square = Eigen::Matrix<double, kArmStates, kArmStates>;
+using Column = Eigen::Matrix<double, kArmStates, 1>;
+
+constexpr std::size_t kLowestLine = 4;  // of the record's own frequency; below, drift
+constexpr double kHighestShare = 0.25;  // of half the sample rate; masses and springs end far below
+constexpr double kBandRatio = 1.26;     // a third of an octave
+/// Torque times speed, of the largest: a band with less is noise in the loop, not excitation. At a
+/// resonance one of the two is small, at the end of the excitation both.
+constexpr double kSmallPower = 0.03;
+
+/// The arm about rest: x' = A x + b u.
+struct Linear {
+  Square A;
+  Column b;
+};
+
+Linear about_rest(const Model& model) {
+  using Number = Dual<8>;
+  std::array<Number, kArmParameters> p;
+  for (int i = 0; i < kArmParameters; ++i) p[i] = Number(model.parameters[i].value);
+  for (const int i : {kFv, kFc, kFcs}) p[i] = Number(0.0);
+  std::array<Number, kArmStates> x;
+  std::array<Number, kArmStates> dx{};
+  for (int i = 0; i < kArmStates; ++i) x[i] = Number::variable(0.0, i);
+  const Number u = Number::variable(0.0, kArmStates);
+  derivative(Coefficients<Number>(p.data()), x.data(), u, Contribution<Number>(), dx.data());
+  Linear linear;
+  for (int i = 0; i < kArmStates; ++i) {
+    for (int j = 0; j < kArmStates; ++j) linear.A(i, j) = dx[i].gradient[j];
+    linear.b[i] = dx[i].gradient[kArmStates];
+  }
+  return linear;
+}
+
+/// Speeds with missing ones on the line between their neighbours.
+std::vector<double> bridged_speeds(const std::vector<Sample>& samples) {
+  std::vector<double> y(samples.size(), 0.0);
+  std::size_t last = samples.size();  // measured; none yet
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (std::isnan(samples[k].y)) continue;
+    const double from = last < samples.size() ? samples[last].y : samples[k].y;
+    const std::size_t first = last < samples.size() ? last + 1 : 0;
+    for (std::size_t i = first; i <= k; ++i)
+      y[i] = from + (samples[k].y - from) * static_cast<double>(i + 1 - first) /
+                        static_cast<double>(k + 1 - first);
+    last = k;
+  }
+  if (last < samples.size())
+    std::fill(y.begin() + static_cast<std::ptrdiff_t>(last), y.end(), samples[last].y);
+  return y;
+}
+
+/// Spectrum of values without their mean, under a Hann window.
+std::vector<Complex> spectrum(std::vector<double> values) {
+  const auto count = static_cast<double>(values.size());
+  double mean = 0.0;
+  for (const double v : values) mean += v / count;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const double turn = 2.0 * std::numbers::pi * static_cast<double>(k) / count;
+    values[k] = (values[k] - mean) * (1.0 - std::cos(turn));
+  }
+  Eigen::FFT<double> fft;
+  std::vector<Complex> lines;
+  fft.fwd(lines, values);
+  return lines;
+}
+
+double mean_magnitude(const std::vector<Complex>& spectrum, std::size_t first, std::size_t end) {
+  double sum = 0.0;
+  for (std::size_t k = first; k < end; ++k) sum += std::norm(spectrum[k]);
+  return std::sqrt(sum / static_cast<double>(end - first));
+}
+
+/// One past the last line of the last band that holds power.
+std::size_t end_of_excitation(const std::vector<Complex>& torque,
+                              const std::vector<Complex>& speed) {
+  const double lines = static_cast<double>(torque.size()) * 0.5;
+  const auto highest = static_cast<std::size_t>(kHighestShare * lines);
+  std::vector<std::pair<double, std::size_t>> bands;  // power and end
+  double largest = 0.0;
+  for (std::size_t first = kLowestLine; first < highest;) {
+    const auto end = static_cast<std::size_t>(std::ceil(kBandRatio * static_cast<double>(first)));
+    const double power = mean_magnitude(torque, first, end) * mean_magnitude(speed, first, end);
+    // The slow ends of a record hold what it drifts by: the largest is that of its middle.
+    if (first > 2 * kLowestLine) largest = std::max(largest, power);
+    bands.emplace_back(power, end);
+    first = end;
+  }
+  std::size_t last = kLowestLine;
+  for (const auto& [power, end] : bands)
+    if (power > 0.0 && power >= kSmallPower * largest) last = end;
+  return last;
+}
+
+}  // namespace
+
+FrequencyResponse::FrequencyResponse(const Model& model) {
+  const Linear linear = about_rest(model);
+  const Eigen::EigenSolver<Square> modes(linear.A);
+  const Eigen::Matrix<Complex, kArmStates, kArmStates> V = modes.eigenvectors();
+  const Eigen::Matrix<Complex, kArmStates, 1> b = linear.b.cast<Complex>();
+  poles_ = modes.eigenvalues();
+  residues_ = V.row(kSpeedMotor).transpose().cwiseProduct(V.partialPivLu().solve(b));
+}
+
+Complex FrequencyResponse::operator()(double w) const {
+  Complex sum = 0.0;
+  for (int i = 0; i < kArmStates; ++i) sum += residues_[i] / (Complex(0.0, w) - poles_[i]);
+  return sum;
+}
+
+void set_resonances(Model& model, const Resonances& resonances) {
+  const auto squared = [](double v) { return v * v; };
+  const double z1 = squared(resonances.zero[0]);
+  const double z2 = squared(resonances.zero[1]);
+  const double p1 = squared(resonances.pole[0]);
+  const double p2 = squared(resonances.pole[1]);
+  // torque / speed = s J (1 + x/p1)(1 + x/p2) / ((1 + x/z1)(1 + x/z2)), x = s^2
+  const double J = model.parameters[kJ].value;
+  const double motor = J * z1 * z2 / (p1 * p2);
+  // minus s motor: s (c0 + c1 x) / (1 + q1 x + q2 x^2)
+  const double c0 = J - motor;
+  const double q1 = 1.0 / z1 + 1.0 / z2;
+  const double q2 = 1.0 / (z1 * z2);
+  const double c1 = J * (1.0 / p1 + 1.0 / p2) - motor * q1;
+  // its inverse minus s / k_g: (1 + e x) / (s (c0 + c1 x))
+  const double e = q1 - q2 * c0 / c1;
+  const double gear = c1 / e;
+  model.parameters[kAm].value = motor / J;
+  model.parameters[kAg].value = gear / J;
+  model.parameters[kKg1].value = c1 / q2;
+  model.parameters[kKa].value = (c0 - gear) / e;
+}
+
+std::vector<Line> excited_lines(const Model& model, const std::vector<Sample>& samples) {
+  std::vector<double> p;
+  for (const Parameter& parameter : model.parameters) p.push_back(parameter.value);
+  const Coefficients<double> coefficients(p.data());
+  const std::vector<double> y = bridged_speeds(samples);
+  // The torque is held over an interval; its middle is half an interval after the sample.
+  std::vector<double> torque(samples.size());
+  for (std::size_t k = 0; k < samples.size(); ++k)
+    torque[k] = samples[k].u - friction(coefficients, y[k]);
+  const std::vector<Complex> T = spectrum(torque);
+  const std::vector<Complex> W = spectrum(y);
+  const double length = (samples.back().t - samples.front().t) *
+                        static_cast<double>(samples.size()) /
+                        static_cast<double>(samples.size() - 1);
+  const double dt = length / static_cast<double>(samples.size());
+  const std::size_t end = end_of_excitation(T, W);
+  std::vector<Line> lines;
+  for (std::size_t k = kLowestLine; k < end; ++k) {
+    const double w = 2.0 * std::numbers::pi * static_cast<double>(k) / length;
+    const Complex held = std::polar(1.0, -0.5 * w * dt);
+    lines.push_back({w, held * T[k], W[k]});
+  }
+  return lines;
+}
+
+}  // namespace armukf
