@@ -47,7 +47,7 @@ void compare(CompareOptions& o) {
   ModelFile start = chosen_model(o.model);
   choose_filter(start.settings, o.filter);
   o.settings.propagation = start.settings.propagation;
-  o.settings.initial = chosen_initial(o.initial, start.model, {});
+  o.settings.initial = chosen_initial(o.initial, start.model, published_choice(start.model));
   const Record record = read_record(o.input, o.columns);
   const std::string start_text = find_start(o.start, o.model, record, o.columns, start);
   const Comparison found{recursive_estimate(start, record.samples, o.passes),

@@ -36,8 +36,8 @@ EvaluateSettings settings_of(const EvaluateOptions& o, const ModelFile& start) {
   EvaluateSettings settings;
   settings.propagation = start.settings.propagation;
   const bool from_part = o.initial_from > 0.0;
-  settings.initial =
-      chosen_initial(o.initial, start.model, from_part ? all_free(start.model) : InitialChoice{});
+  settings.initial = chosen_initial(
+      o.initial, start.model, from_part ? all_free(start.model) : published_choice(start.model));
   if (from_part) settings.initial_from = o.initial_from;
   if (o.horizon != kSimulate) settings.horizon = static_cast<int>(number_in(o.horizon));
   return settings;

@@ -35,7 +35,7 @@ void fit(FitOptions& o) {
   const auto begin = std::chrono::steady_clock::now();
   ModelFile start = chosen_model(o.model);
   o.settings.propagation = start.settings.propagation;
-  o.settings.initial = chosen_initial(o.initial, start.model, {});
+  o.settings.initial = chosen_initial(o.initial, start.model, published_choice(start.model));
   std::vector<Record> records;
   for (const std::string& file : o.files) records.push_back(read_record(file, o.columns));
   const std::string found = find_start(o.start, o.model, records.front(), o.columns, start);

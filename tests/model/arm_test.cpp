@@ -31,7 +31,7 @@ class Arm : public ::testing::Test {
   }
   State rate(const State& x, double u) const {
     State dx;
-    derivative(c_, x.data(), u, Contribution<double>(), dx.data());
+    derivative(c_, x.data(), u, dx.data());
     return dx;
   }
 

@@ -51,6 +51,9 @@ class Arm {
 
   const std::vector<double>& states() const { return states_; }
 
+  /// rad/s, what the sensor shows at t (s), the last torque being u (N.m).
+  double measured(double t, double u) const { return dynamics_.measured(t, u, states_.data()); }
+
   /// From t over dt (s) under the torque u (N.m); the motor gets `disturbance` (N.m) beside it.
   void advance(double t, double dt, double u, double disturbance) {
     namespace odeint = boost::numeric::odeint;
@@ -103,9 +106,10 @@ SimulatedExperiment simulate_experiment(const Model& model, const ExperimentSett
 
   SimulatedExperiment experiment;
   experiment.record.name = fmt::format("{} {}", name_of(settings.kind), settings.seed);
+  double u = 0.0;
   for (int n = -run_in; n < settings.samples; ++n) {
-    const double y = arm.states()[kSpeedMotor] + sensor_noise.next();
-    const double u = command(reference[(n + run_in) % period] - y);
+    const double y = arm.measured(n * dt, u) + sensor_noise.next();
+    u = command(reference[(n + run_in) % period] - y);
     if (n >= 0) {
       experiment.record.samples.push_back({n * dt, u, y});
       experiment.states.push_back(arm.states());

@@ -38,7 +38,7 @@ Linear about_rest(const Model& model) {
   std::array<Number, kArmStates> dx{};
   for (int i = 0; i < kArmStates; ++i) x[i] = Number::variable(0.0, i);
   const Number u = Number::variable(0.0, kArmStates);
-  derivative(Coefficients<Number>(p.data()), x.data(), u, Contribution<Number>(), dx.data());
+  derivative(Coefficients<Number>(p.data()), x.data(), u, dx.data());
   Linear linear;
   for (int i = 0; i < kArmStates; ++i) {
     for (int j = 0; j < kArmStates; ++j) linear.A(i, j) = dx[i].gradient[j];

@@ -22,7 +22,6 @@ using AnyShape = BoundedShape<kMaxStates, kMaxStates>;
 /// Prior deviations of the initial states; they fade within a second.
 constexpr double kTwistSd = 0.3;  // rad
 constexpr double kSpeedSd = 5.0;  // rad/s
-constexpr double kOtherSd = 1.0;
 
 /// What the filter needs to know of a record.
 struct Setting {
@@ -57,6 +56,13 @@ class Step {
               setting_.samples[k].t - last.t);
   }
 
+  /// rad/s, what the sensor shows of these states at sample k.
+  template <class State>
+  T measured(const State& x, std::size_t k) const {
+    const Sample& sample = setting_.samples[k];
+    return dynamics_.measured(sample.t - setting_.samples[0].t, T(sample.u), x.data());
+  }
+
  private:
   static std::vector<T> to_numbers(const Model& model) {
     const std::vector<double> values = values_of(model);
@@ -87,11 +93,25 @@ Gaussian<Shape> first_belief(const Setting& setting, Shape shape) {
   belief.shape = shape;
   for (int i = 0; i < shape.states(); ++i) {
     const bool twist = i == kTwistGear || i == kTwistArm;
-    const double sd = twist ? kTwistSd : i < kArmStates ? kSpeedSd : kOtherSd;
+    const double sd = twist ? kTwistSd : i < kArmStates ? kSpeedSd : setting.model.states[i].spread;
     belief.mean[i] = setting.x0[i];
     belief.covariance[i][i] = sd * sd;
   }
   return belief;
+}
+
+/// The belief at sample k given the speed y; returns the innovation.
+template <class Shape>
+Innovation updated(Gaussian<Shape>& belief, const Linearised<Shape>& rule,
+                   const Step<typename Linearised<Shape>::Number>& step, std::size_t k, double y) {
+  const Measurement<Shape> speed = rule.measurement(belief, [&](const auto* x) {
+    std::array<typename Linearised<Shape>::Number, Shape::kStates> states;
+    std::copy_n(x, Shape::kStates, states.begin());
+    return step.measured(states, k);
+  });
+  const Innovation seen = innovation(belief, speed, y, 1.0);
+  condition(belief, speed.covariance(belief), seen);
+  return seen;
 }
 
 /// An extended Kalman filter of the states over the record, the sensor's noise variance 1 and the
@@ -119,8 +139,7 @@ double filter(const Setting& setting, Shape shape, double density, Visit visit) 
     }
     const double y = setting.samples[k].y;
     if (!std::isnan(y)) {
-      const Innovation seen = innovation(belief, kSpeedMotor, y, 1.0);
-      condition(belief, kSpeedMotor, seen);
+      const Innovation seen = updated(belief, rule, step, k, y);
       nis += seen.nis();
       count += 1.0;
     }
@@ -140,7 +159,7 @@ double visit_predictions(const Setting& setting, Shape shape, double density, st
     std::array<double, Shape::kStates> x{};
     std::copy_n(belief.begin(), shape.states(), x.begin());
     for (std::size_t i = 1; i <= horizon; ++i) step(x, k + i);
-    visit(k + horizon, x[kSpeedMotor]);
+    visit(k + horizon, step.measured(x, k + horizon));
   });
 }
 

@@ -24,8 +24,25 @@ double value_of(const Dual<N>& x) {
   return x.value;
 }
 
-/// Calls visit(k, x) with the states at each sample, until the motor's speed runs away; returns how
-/// many samples were visited. p: a number per parameter; x: the states at the first sample.
+/// How far (rad) the motor turned, as measured, from sample k - 1 to k; NaN where a speed is
+/// missing.
+double turn_before(const std::vector<Sample>& samples, std::size_t k) {
+  return 0.5 * (samples[k - 1].y + samples[k].y) * (samples[k].t - samples[k - 1].t);
+}
+
+/// Moves the angles of x from what they were by the measured turn instead of the simulated one: a
+/// simulated angle would drift away from whatever repeats with it.
+template <class T, std::size_t States>
+void follow_motor(const Model& model, const std::array<T, States>& before, double turn,
+                  std::array<T, States>& x) {
+  if (std::isnan(turn)) return;
+  for (std::size_t i = kArmStates; i < model.states.size(); ++i)
+    if (model.states[i].follows_motor_angle) x[i] = before[i] + turn;
+}
+
+/// Calls visit(k, x, y) with the states and the measured speed at each sample, until the motor's
+/// speed runs away; returns how many samples were visited. p: a number per parameter; x: the states
+/// at the first sample.
 template <class T, std::size_t States, class Visit>
 std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array<T, States> x,
                          const std::vector<Sample>& samples, const Propagation& propagation,
@@ -37,10 +54,16 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
       const auto f = [&, u = T(last.u)](const auto& state, auto& rate, double t) {
         dynamics.derivative(t, u, state.data(), rate.data());
       };
+      const std::array<T, States> before = x;
       propagate(propagation, f, x, last.t - samples[0].t, samples[k].t - last.t);
+      if constexpr (States > kArmStates) follow_motor(model, before, turn_before(samples, k), x);
     }
     if (!(std::abs(value_of(x[kSpeedMotor])) < kRunaway)) return k;
-    visit(k, x);
+    if constexpr (States > kArmStates) {
+      visit(k, x, dynamics.measured(samples[k].t - samples[0].t, T(samples[k].u), x.data()));
+    } else {
+      visit(k, x, x[kSpeedMotor]);
+    }
   }
   return samples.size();
 }
@@ -54,7 +77,7 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, const std:
     std::ranges::copy(x0, x.begin());
     return visit_states(model, p, x, samples, propagation, visit);
   };
-  if (model.states.size() <= kArmStates) return with_rows(Rows<T, kArmStates>{});
+  if (model.effects.empty()) return with_rows(Rows<T, kArmStates>{});
   return with_rows(Rows<T, kMaxStates>{});
 }
 
@@ -80,9 +103,8 @@ void differentiate(const Model& model, const std::vector<double>& x0,
                                            : x[directions.initial_states[direction - parameters]];
     seed.gradient[j] = 1.0;
   }
-  const std::size_t visited =
-      visit_states(model, p, x, samples, propagation, [&](std::size_t k, const auto& states) {
-        const Dual<N>& y = states[kSpeedMotor];
+  const std::size_t visited = visit_states(
+      model, p, x, samples, propagation, [&](std::size_t k, const auto& states, const Dual<N>& y) {
         result.y[k] = y.value;
         std::copy_n(y.gradient.begin(), count, &result.gradient(static_cast<int>(k), first));
         for (const int i : {kTwistGear, kTwistArm})
@@ -98,7 +120,7 @@ std::vector<double> simulate(const Model& model, const std::vector<double>& x0,
                              const std::vector<Sample>& samples, const Propagation& propagation) {
   std::vector<double> y(samples.size(), kNaN);
   visit_states(model, values_of(model), x0, samples, propagation,
-               [&](std::size_t k, const auto& states) { y[k] = states[kSpeedMotor]; });
+               [&](std::size_t k, const auto& /*states*/, double speed) { y[k] = speed; });
   return y;
 }
 
@@ -131,6 +153,14 @@ InitialChoice all_free(const Model& model) {
   return choice;
 }
 
+InitialChoice published_choice(const Model& model) {
+  InitialChoice choice{{kSpeedMotor, kSpeedGear, kSpeedArm}, {}};
+  for (int i = kArmStates; i < static_cast<int>(model.states.size()); ++i)
+    if (model.states[i].starts_with_motor || model.states[i].follows_motor_angle)
+      choice.free.push_back(i);
+  return choice;
+}
+
 std::vector<double> initial_guess(const Model& model, const InitialChoice& choice,
                                   const std::vector<Sample>& samples) {
   std::vector<double> x0(model.states.size(), 0.0);
@@ -138,6 +168,8 @@ std::vector<double> initial_guess(const Model& model, const InitialChoice& choic
       std::ranges::find_if(samples, [](const Sample& s) { return !std::isnan(s.y); });
   const double speed = measured == samples.end() ? 0.0 : measured->y;
   for (const int i : {kSpeedMotor, kSpeedGear, kSpeedArm}) x0[i] = speed;
+  for (std::size_t i = kArmStates; i < x0.size(); ++i)
+    if (model.states[i].starts_with_motor) x0[i] = speed;
   for (const auto& [state, value] : choice.given) x0[state] = value;
   return x0;
 }

@@ -11,7 +11,8 @@
 namespace armukf {
 
 /// Motor speed (rad/s) at each sample of a record, from the states x0 (one per state of the model)
-/// at its first sample, under the record's input alone: what the model says without ever seeing y.
+/// at its first sample, under the record's input alone: what the model says without ever seeing y;
+/// but for the angles of effects, which follow the measured speed, since a simulated one drifts.
 /// NaN from where it runs away to numbers without meaning.
 std::vector<double> simulate(const Model& model, const std::vector<double>& x0,
                              const std::vector<Sample>& samples, const Propagation& propagation);
@@ -44,6 +45,10 @@ struct InitialChoice {
   std::vector<int> free{kSpeedMotor, kSpeedGear, kSpeedArm};  // to be fitted to the record
   std::map<int, double> given;                                // values of others
 };
+
+/// The published procedure: the twists start at 0, the speeds are free, and of effects' states the
+/// speeds and the angles.
+InitialChoice published_choice(const Model& model);
 
 /// The choice with every state free.
 InitialChoice all_free(const Model& model);

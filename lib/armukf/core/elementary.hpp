@@ -10,7 +10,10 @@
 /// template that calls these functions.
 namespace armukf {
 
+using std::cos;
 using std::exp;
+using std::sin;
+using std::sqrt;
 
 /// e^x of each element, within 2 ulp; arguments are clamped to ±700, where e^x is still normal.
 inline Pack exp(Pack x) {
@@ -42,6 +45,18 @@ inline void exponentials(const double* z, double* e, int n) {
 }
 inline void exponentials(const Pack* z, Pack* e, int n) {
   for (int i = 0; i < n; ++i) e[i] = exp(z[i]);
+}
+
+inline Pack sqrt(Pack x) { return square_root(x); }
+
+inline Pack sin(Pack x) {
+  for (int i = 0; i < kPackWidth; ++i) x[i] = std::sin(x[i]);
+  return x;
+}
+
+inline Pack cos(Pack x) {
+  for (int i = 0; i < kPackWidth; ++i) x[i] = std::cos(x[i]);
+  return x;
 }
 
 inline double magnitude(double x) { return std::abs(x); }

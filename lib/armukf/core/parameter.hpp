@@ -19,10 +19,13 @@ struct Parameter {
   double spread = 0.5;  // prior sd of the start value, relative to it (or to `scale`)
 };
 
-/// A quantity that moves, beside its unit.
+/// A quantity that moves.
 struct Coordinate {
   std::string name;
   std::string unit;
+  double spread = 0.0;               // prior standard deviation at the first sample
+  bool starts_with_motor = false;    // at the motor's speed, else at 0
+  bool follows_motor_angle = false;  // an angle of unknown zero, moved by the motor's speed
 };
 
 }  // namespace armukf

@@ -58,14 +58,42 @@ Innovation innovation(const Gaussian<Shape>& belief, int row, double y, double R
   return {belief.mean[row], y - belief.mean[row], belief.variance(row) + R};
 }
 
-/// The belief given that innovation: exact, since the measurement is linear.
+/// A measurement y = h(x, theta) about the belief's mean: its value and its gradient.
+template <class Shape>
+struct Measurement {
+  double value;
+  BeliefRow<Shape> gradient;
+
+  /// cov(belief, y), without the noise.
+  BeliefRow<Shape> covariance(const Gaussian<Shape>& belief) const {
+    BeliefRow<Shape> Ph{};
+    for (int i = 0; i < belief.shape.size(); ++i) Ph += gradient[i] * belief.covariance[i];
+    return Ph;
+  }
+};
+
+/// The innovation of a measurement that is no row of the belief, to first order.
+template <class Shape>
+Innovation innovation(const Gaussian<Shape>& belief, const Measurement<Shape>& measurement,
+                      double y, double R) {
+  return {measurement.value, y - measurement.value,
+          dot(measurement.gradient, measurement.covariance(belief)) + R};
+}
+
+/// The belief given that innovation, Ph = cov(belief, y):
 /// K = P h / S, mean += K (y - y_pred), P -= K S K'.
 template <class Shape>
-void condition(Gaussian<Shape>& belief, int row, const Innovation& innovation) {
-  const BeliefRow<Shape> Ph = belief.covariance[row];
+void condition(Gaussian<Shape>& belief, const BeliefRow<Shape>& Ph, const Innovation& innovation) {
   const BeliefRow<Shape> K = (1.0 / innovation.variance) * Ph;
   belief.mean += innovation.value * K;
   for (int i = 0; i < belief.shape.size(); ++i) belief.covariance[i] -= Ph[i] * K;
+}
+
+/// The same where the measurement is a row of the belief: exact, since it is linear.
+template <class Shape>
+void condition(Gaussian<Shape>& belief, int row, const Innovation& innovation) {
+  const BeliefRow<Shape> Ph = belief.covariance[row];
+  condition(belief, Ph, innovation);
 }
 
 }  // namespace armukf

@@ -40,6 +40,15 @@ class Linearised {
     return image;
   }
 
+  /// h takes the rows of the belief, each a Number, and returns what is measured.
+  template <class H>
+  Measurement<Shape> measurement(const Gaussian<Shape>& belief, const H& h) const {
+    std::array<Number, Shape::kSize> x{};
+    for (int i = 0; i < belief.shape.size(); ++i) x[i] = Number(belief.mean[i], directions_[i]);
+    const Number y = h(x.data());
+    return {y.value, y.gradient};
+  }
+
  private:
   std::array<Row, Shape::kSize> directions_{};  // unit rows, ready to load
 };

@@ -1,11 +1,6 @@
 #pragma once
 
-#include <array>
-#include <span>
-
 #include "armukf/core/elementary.hpp"
-#include "armukf/model/catalogue.hpp"
-#include "armukf/model/effect.hpp"
 
 /// The arm: motor, gear box and arm on one axis, joined by two springs. Gear ratio 1, no gravity.
 /// Source: E. Wernholt, S. Gunnarsson, "Nonlinear identification of a physically parameterized
@@ -69,21 +64,28 @@ template <class T>
   return (c.k_g1 + c.k_g3 * (twist * twist)) * twist;
 }
 
-/// Writes dx/dt of the arm's five states x, under the motor torque u and the torques `extra` of
-/// effects, into dx.
+/// Torque (N.m) through the gear, spring and damper; it brakes the motor and drives the gear box.
 template <class T>
-void derivative(const Coefficients<T>& c, const T* x, const T& u, const Contribution<T>& extra,
-                T* dx) {
-  const T gear_rate = x[kSpeedMotor] - x[kSpeedGear];
-  const T arm_rate = x[kSpeedGear] - x[kSpeedArm];
-  const T gear_torque = gear_spring(c, x[kTwistGear]) + c.d_g * gear_rate;
-  const T arm_torque = c.k_a * x[kTwistArm] + c.d_a * arm_rate;
-  dx[kTwistGear] = gear_rate;
-  dx[kTwistArm] = arm_rate;
-  dx[kSpeedMotor] =
-      c.motor_mobility * (u - gear_torque - friction(c, x[kSpeedMotor]) + extra.motor_torque);
-  dx[kSpeedGear] = c.gear_mobility * (gear_torque - arm_torque + extra.gear_torque);
-  dx[kSpeedArm] = c.arm_mobility * (arm_torque + extra.arm_torque);
+[[gnu::always_inline]] inline T gear_torque(const Coefficients<T>& c, const T* x) {
+  return gear_spring(c, x[kTwistGear]) + c.d_g * (x[kSpeedMotor] - x[kSpeedGear]);
+}
+
+/// Torque (N.m) through the arm's spring and damper; it brakes the gear box and drives the arm.
+template <class T>
+[[gnu::always_inline]] inline T arm_torque(const Coefficients<T>& c, const T* x) {
+  return c.k_a * x[kTwistArm] + c.d_a * (x[kSpeedGear] - x[kSpeedArm]);
+}
+
+/// Writes dx/dt of the arm's five states x under the motor torque u into dx.
+template <class T>
+void derivative(const Coefficients<T>& c, const T* x, const T& u, T* dx) {
+  const T gear = gear_torque(c, x);
+  const T arm = arm_torque(c, x);
+  dx[kTwistGear] = x[kSpeedMotor] - x[kSpeedGear];
+  dx[kTwistArm] = x[kSpeedGear] - x[kSpeedArm];
+  dx[kSpeedMotor] = c.motor_mobility * (u - gear - friction(c, x[kSpeedMotor]));
+  dx[kSpeedGear] = c.gear_mobility * (gear - arm);
+  dx[kSpeedArm] = c.arm_mobility * arm;
 }
 
 /// Energy (J) in the moving masses and the wound springs.

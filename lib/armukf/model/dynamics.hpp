@@ -27,24 +27,36 @@ class Dynamics {
 
   /// t in s since the first sample; u in N.m; x and dx hold a value per state of the model.
   void derivative(double t, const T& u, const T* x, T* dx) const {
-    if (effects_->empty()) {
-      armukf::derivative(coefficients_, x, u, Contribution<T>(), dx);
-    } else {
-      armukf::derivative(coefficients_, x, u, contributions(t, u, x, dx), dx);
+    armukf::derivative(coefficients_, x, u, dx);
+    if (!effects_->empty()) add_contribution(coefficients_, contributions(t, u, x, dx), dx);
+  }
+
+  /// rad/s, what the sensor shows of the motor's speed.
+  T measured(double t, const T& u, const T* x) const {
+    T y = x[kSpeedMotor];
+    const Motion<T> motion{t, u, x, coefficients_};
+    for (const EffectSlot& slot : *effects_) {
+      std::visit(
+          [&]<class E>(const E&) {
+            if constexpr (ActsOnSensor<E>)
+              y += E::sensed(motion, x + slot.first_state, parameters_ + slot.first_parameter);
+          },
+          slot.effect);
     }
+    return y;
   }
 
  private:
-  /// Sum of the effects' torques; writes the rates of their states into dx.
+  /// Sum of what the effects do to the masses; writes the rates of their states into dx.
   Contribution<T> contributions(double t, const T& u, const T* x, T* dx) const {
-    const Motion<T> motion{t, u, x[0], x[1], x[2], x[3], x[4]};
+    const Motion<T> motion{t, u, x, coefficients_};
     Contribution<T> sum;
     for (const EffectSlot& slot : *effects_) {
       std::visit(
           [&]<class E>(const E&) {
             const T* own = x + slot.first_state;
             const T* p = parameters_ + slot.first_parameter;
-            sum += E::contribute(motion, own, p);
+            if constexpr (ActsOnMasses<E>) sum += E::contribute(motion, own, p);
             if constexpr (!E::states.empty()) E::rates(motion, own, p, dx + slot.first_state);
           },
           slot.effect);

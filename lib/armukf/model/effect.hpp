@@ -3,65 +3,141 @@
 #include <concepts>
 #include <string_view>
 
-#include "armukf/core/elementary.hpp"
+#include "armukf/model/arm.hpp"
 
 namespace armukf {
 
 /// What the arm does at one instant, as an effect sees it.
 template <class T>
 struct Motion {
-  double time;    // s, since the first sample
-  T input;        // N.m, torque that the motor is told to give
-  T twist_gear;   // rad, q_m - q_g
-  T twist_arm;    // rad, q_g - q_a
-  T speed_motor;  // rad/s
-  T speed_gear;   // rad/s
-  T speed_arm;    // rad/s
+  double time;                 // s, since the first sample
+  const T& input;              // N.m, torque that the motor is told to give
+  const T* x;                  // the arm's states, in the order of ArmState
+  const Coefficients<T>& arm;  // its parameters
+
+  const T& twist_gear() const { return x[kTwistGear]; }           // rad, q_m - q_g
+  const T& twist_arm() const { return x[kTwistArm]; }             // rad, q_g - q_a
+  const T& speed_motor() const { return x[kSpeedMotor]; }         // rad/s
+  const T& speed_gear() const { return x[kSpeedGear]; }           // rad/s
+  const T& speed_arm() const { return x[kSpeedArm]; }             // rad/s
+  T gear_rate() const { return x[kSpeedMotor] - x[kSpeedGear]; }  // rad/s, of twist_gear
 };
 
-/// Torques (N.m) that an effect adds to each mass; positive accelerates in the direction of
-/// positive speed.
+/// What an effect does to the masses: torques (N.m) that it adds, positive accelerates in the
+/// direction of positive speed; and inertia that it adds to each mass, relative to the mass's own.
 template <class T>
 struct Contribution {
   T motor_torque{};
   T gear_torque{};
   T arm_torque{};
+  T motor_inertia{};
+  T gear_inertia{};
+  T arm_inertia{};
 
   Contribution& operator+=(const Contribution& other) {
     motor_torque += other.motor_torque;
     gear_torque += other.gear_torque;
     arm_torque += other.arm_torque;
+    motor_inertia += other.motor_inertia;
+    gear_inertia += other.gear_inertia;
+    arm_inertia += other.arm_inertia;
     return *this;
   }
+};
+
+/// Brings what effects do into the derivative dx of the bare arm.
+template <class T>
+void add_contribution(const Coefficients<T>& c, const Contribution<T>& sum, T* dx) {
+  dx[kSpeedMotor] =
+      (dx[kSpeedMotor] + c.motor_mobility * sum.motor_torque) / (1.0 + sum.motor_inertia);
+  dx[kSpeedGear] = (dx[kSpeedGear] + c.gear_mobility * sum.gear_torque) / (1.0 + sum.gear_inertia);
+  dx[kSpeedArm] = (dx[kSpeedArm] + c.arm_mobility * sum.arm_torque) / (1.0 + sum.arm_inertia);
+}
+
+/// What a parameter of an effect tells: how large the effect is (0: there is none), or of what
+/// shape, which means nothing without a size.
+enum class Role { kSize, kShape };
+
+/// Where to look for a shape: `points` values from `from` to `to`, in equal ratios if both are
+/// above 0, else in equal steps. 0 points: the nominal value; `periodic`: a harmonic of the angle,
+/// which the spectrum of the residual over the angle tells.
+struct Grid {
+  double from = 0.0;
+  double to = 0.0;
+  int points = 0;
+  bool periodic = false;
 };
 
 /// Name, unit, nominal value, bounds and typical size of one parameter of an effect.
 struct EffectParameter {
   std::string_view name;
   std::string_view unit;
-  double nominal;  // the value at which the effect is absent
+  double nominal;  // of a size: 0
   double lower;
   double upper;
   double scale;
+  Role role = Role::kSize;
+  Grid grid{};
 };
 
-/// Name and unit of one state of an effect; all start at 0.
+/// What a state of an effect is when a record begins.
+enum class Beginning {
+  kZero,   // at rest
+  kSpeed,  // at the motor's speed
+  kAngle   // unknown: an angle, whose zero no record tells; it goes with the motor's angle
+};
+
+/// Name, unit, beginning and prior standard deviation of one state of an effect.
 struct EffectState {
   std::string_view name;
   std::string_view unit;
+  Beginning beginning;
+  double spread;
 };
 
-/// An effect is data (`name`, `parameters`, `states`) and two pure functions of the motion, of the
+/// An effect is data (`name`, `parameters`, `states`) and pure functions of the motion, of the
 /// effect's own states x and parameters p (arrays in the order of its tables):
 ///
-///     contribute(motion, x, p)      -> Contribution<T>
+///     contribute(motion, x, p)      -> Contribution<T>, where it acts on the masses
 ///     rates(motion, x, p, dx)       -> writes dx/dt; only for an effect with states
+///     sensed(motion, x, p)          -> T, rad/s that the sensor shows above the motor's speed
+///
+/// Optional data: `frees`, names of the arm's parameters that it takes for unknown.
 template <class E>
-concept Effect = requires(const Motion<double>& motion, const double* x, const double* p) {
+concept Effect = requires {
   { E::name } -> std::convertible_to<std::string_view>;
   E::parameters.size();
   E::states.size();
+};
+
+template <class E>
+concept ActsOnMasses = requires(const Motion<double>& motion, const double* x, const double* p) {
   { E::template contribute<double>(motion, x, p) } -> std::same_as<Contribution<double>>;
 };
+
+template <class E>
+concept ActsOnSensor = requires(const Motion<double>& motion, const double* x, const double* p) {
+  { E::template sensed<double>(motion, x, p) } -> std::same_as<double>;
+};
+
+template <class E>
+concept FreesParameters = requires {
+  E::frees.size();
+};
+
+/// |v|, smooth within `width` of 0, where it is `width`.
+template <class T>
+T smooth_magnitude(const T& v, double width) {
+  return sqrt(T(v * v + width * width));
+}
+
+/// Speed (rad/s) over which an effect's dry friction turns its sign.
+inline constexpr double kStandstill = 0.5;
+
+/// Sign of a speed (rad/s), smooth through standstill.
+template <class T>
+T direction(const T& speed) {
+  return tanh(T((1.0 / kStandstill) * speed));
+}
 
 }  // namespace armukf

@@ -63,25 +63,39 @@ std::vector<int> Model::unknowns() const {
   return positions;
 }
 
+bool Model::has_effect(std::string_view name) const {
+  const CataloguedEffect sought = find_effect(name);
+  return std::ranges::any_of(
+      effects, [&](const EffectSlot& slot) { return slot.effect.index() == sought.index(); });
+}
+
 void Model::add_effect(std::string_view name) {
+  if (has_effect(name)) return;
   const CataloguedEffect effect = find_effect(name);
-  const bool present = std::ranges::any_of(
-      effects, [&](const EffectSlot& slot) { return slot.effect.index() == effect.index(); });
-  if (present) return;
   effects.push_back({effect, static_cast<int>(states.size()), static_cast<int>(parameters.size())});
   std::visit(
       [this]<class E>(const E&) {
+        static_assert(Effect<E>);
         for (const EffectState& s : E::states)
-          states.push_back({std::string(s.name), std::string(s.unit)});
+          states.push_back({std::string(s.name), std::string(s.unit), s.spread,
+                            s.beginning == Beginning::kSpeed, s.beginning == Beginning::kAngle});
         for (const EffectParameter& p : E::parameters)
           parameters.push_back({std::string(p.name), std::string(p.unit), p.nominal, p.lower,
                                 p.upper, p.scale, false});
+        if constexpr (FreesParameters<E>)
+          for (const std::string_view freed : E::frees) parameter(freed).known = false;
       },
       effect);
   if (states.size() > kMaxStates || parameters.size() > kMaxParameters)
     throw InputError(
         fmt::format("effect '{}' makes the model larger than {} states or {} parameters", name,
                     kMaxStates, kMaxParameters));
+}
+
+bool Model::acts_on_sensor() const {
+  return std::ranges::any_of(effects, [](const EffectSlot& slot) {
+    return std::visit([]<class E>(const E&) { return ActsOnSensor<E>; }, slot.effect);
+  });
 }
 
 void Model::check() const {

@@ -34,6 +34,11 @@ struct Model {
   /// Positions of the unknown parameters, ascending.
   std::vector<int> unknowns() const;
 
+  bool has_effect(std::string_view name) const;
+
+  /// Whether the sensor shows something else than the motor's speed.
+  bool acts_on_sensor() const;
+
   /// Adds an effect with its states and (unknown) parameters; a second time changes nothing.
   void add_effect(std::string_view name);
 

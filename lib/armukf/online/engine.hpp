@@ -35,6 +35,24 @@ struct ArmStep {
   }
 };
 
+/// What the sensor shows, as a filter's h(x, theta).
+template <class Shape>
+struct ArmSensor {
+  const Model& model;
+  const FreeCoordinates& coordinates;
+  int states;
+  double t;  // s, since the first sample
+  double u;  // N.m
+
+  /// x: the rows of the belief, states first.
+  template <class T>
+  T operator()(const T* x) const {
+    std::array<T, kMaxParameters> p;
+    coordinates.to_physical(x + states, p.data());
+    return Dynamics<T>(model, p.data()).measured(t, u, x);
+  }
+};
+
 /// One filter at work: a belief about the arm, and the rule that moves it.
 template <class Shape, template <class> class Rule>
 class Engine {
@@ -43,6 +61,7 @@ class Engine {
          Shape shape, Rule<Shape> rule)
       : model_(&model), coordinates_(&coordinates), settings_(&settings), rule_(rule) {
     belief_.shape = shape;
+    acts_on_sensor_ = model.acts_on_sensor();
     model_error_ = settings.noise.model_error.start * settings.noise.model_error.start;
   }
 
@@ -66,7 +85,9 @@ class Engine {
     for (int i = 0; i < belief_.shape.states(); ++i) {
       const bool is_speed = i == kSpeedMotor || i == kSpeedGear || i == kSpeedArm;
       belief_.mean[i] = is_speed && measured ? y : 0.0;
-      forget(i, i < kArmStates ? sd[i] : 1.0);
+      const Coordinate& state = model_->states[i];
+      if (state.starts_with_motor && measured) belief_.mean[i] = y;
+      forget(i, i < kArmStates ? sd[i] : state.spread);
     }
   }
 
@@ -89,17 +110,25 @@ class Engine {
     for (int i = 0; i < belief_.shape.states(); ++i) sum += image.mean[i] + image.covariance[i][i];
     if (!image.valid || !std::isfinite(sum)) return false;
     move_to(belief_, image, step_noise(t, dt));
+    predicted_to_ = t + dt;
+    input_ = u;
     return true;
   }
 
   Innovation innovation(double y) const {
     const double sensor = settings_->noise.sensor;
-    return armukf::innovation(belief_, kSpeedMotor, y, sensor * sensor + model_error_);
+    const double R = sensor * sensor + model_error_;
+    if (acts_on_sensor_) return armukf::innovation(belief_, measurement(), y, R);
+    return armukf::innovation(belief_, kSpeedMotor, y, R);
   }
 
   /// Takes the innovation at t (s) into the belief, and into what is thought of the model's error.
   void update(const Innovation& innovation, double t) {
-    condition(belief_, kSpeedMotor, innovation);
+    if (acts_on_sensor_) {
+      condition(belief_, measurement().covariance(belief_), innovation);
+    } else {
+      condition(belief_, kSpeedMotor, innovation);
+    }
     const ModelError& error = settings_->noise.model_error;
     const double seen = error.gain * innovation.value * innovation.value;
     model_error_ += std::min(1.0, (t - updated_at_) / error.time_s) * (seen - model_error_);
@@ -118,6 +147,13 @@ class Engine {
       1e-3;                                    // rad/s: a belief without sensor noise stays regular
   static constexpr double kAnySpeedSd = 30.0;  // rad/s: what an axis of a robot may be doing
   static constexpr double kLeastNoise = 1e-9;  // 1/s^1/2: the belief's root does not degenerate
+
+  /// To first order, whatever the rule: what a sensor adds to the speed is small.
+  Measurement<Shape> measurement() const {
+    return sensor_.measurement(
+        belief_,
+        ArmSensor<Shape>{*model_, *coordinates_, belief_.shape.states(), predicted_to_, input_});
+  }
 
   void refresh_parameters() {
     coordinates_->to_physical(belief_.mean.begin() + belief_.shape.states(), parameters_.data());
@@ -160,6 +196,10 @@ class Engine {
   const FreeCoordinates* coordinates_;
   const EstimatorSettings* settings_;
   Rule<Shape> rule_;
+  Linearised<Shape> sensor_;
+  bool acts_on_sensor_ = false;
+  double predicted_to_ = 0.0;  // s
+  double input_ = 0.0;         // N.m, of the last step
   Gaussian<Shape> belief_;
   std::array<double, kMaxParameters> parameters_{};  // physical, at the belief's mean
   double model_error_;                               // (rad/s)^2, variance

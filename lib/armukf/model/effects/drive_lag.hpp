@@ -6,23 +6,24 @@
 
 namespace armukf::effects {
 
-/// The drive gives the commanded torque u late, as a first-order lag:
-/// lag' = (u - lag) / T, torque at the motor = lag - u beside the commanded u.
-/// T is kept above 0.1 ms, a fifth of the usual sample time, so that a fixed step stays stable.
+/// The drive gives the commanded torque u late, with a time constant T = drive_lag_time:
+/// torque at the motor = u (1 + T0 s) / (1 + (T + T0) s), which is u where T is 0. T0 = 0.25 ms,
+/// half of the usual sample time, keeps a fixed step stable.
 struct DriveLag {
   static constexpr std::string_view name = "drive_lag";
   static constexpr std::array parameters{
-      EffectParameter{"drive_lag_time", "s", 3e-4, 2e-4, 0.1, 1e-3}};
-  static constexpr std::array states{EffectState{"drive_torque", "N.m"}};
+      EffectParameter{"drive_lag_time", "s", 0.0, 0.0, 0.1, 1e-3}};
+  static constexpr std::array states{EffectState{"drive_torque", "N.m", Beginning::kZero, 1.0}};
+  static constexpr double kFastest = 2.5e-4;  // s, T0
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* x, const T* /*p*/) {
-    return {.motor_torque = x[0] - motion.input};
+  static Contribution<T> contribute(const Motion<T>& motion, const T* x, const T* p) {
+    return {.motor_torque = p[0] / (p[0] + kFastest) * (x[0] - motion.input)};
   }
 
   template <class T>
   static void rates(const Motion<T>& motion, const T* x, const T* p, T* dx) {
-    dx[0] = (motion.input - x[0]) / p[0];
+    dx[0] = (motion.input - x[0]) / (p[0] + kFastest);
   }
 };
 

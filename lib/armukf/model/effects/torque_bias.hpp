@@ -7,7 +7,7 @@
 namespace armukf::effects {
 
 /// A constant torque beside the commanded one (offset of the current sensor, a load on the motor):
-/// torque at the motor = bias.
+/// torque at the motor = torque_bias.
 struct TorqueBias {
   static constexpr std::string_view name = "torque_bias";
   static constexpr std::array parameters{

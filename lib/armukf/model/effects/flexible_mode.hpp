@@ -1,0 +1,100 @@
+#pragma once
+
+#include <array>
+#include <numbers>
+
+#include "armukf/model/effect.hpp"
+
+namespace armukf::effects {
+
+enum class Site { kMotor, kGear, kArm };
+
+/// What the parameters and states of a flexible mode are called, by its site.
+template <Site site>
+struct ModeNames;
+template <>
+struct ModeNames<Site::kMotor> {
+  static constexpr std::string_view effect = "flexible_mode_motor";
+  static constexpr std::string_view share = "mode_motor_share";
+  static constexpr std::string_view frequency = "mode_motor_frequency";
+  static constexpr std::string_view damping = "mode_motor_damping";
+  static constexpr std::string_view deflection = "mode_motor_deflection";
+  static constexpr std::string_view speed = "mode_motor_speed";
+};
+template <>
+struct ModeNames<Site::kGear> {
+  static constexpr std::string_view effect = "flexible_mode_gear";
+  static constexpr std::string_view share = "mode_gear_share";
+  static constexpr std::string_view frequency = "mode_gear_frequency";
+  static constexpr std::string_view damping = "mode_gear_damping";
+  static constexpr std::string_view deflection = "mode_gear_deflection";
+  static constexpr std::string_view speed = "mode_gear_speed";
+};
+template <>
+struct ModeNames<Site::kArm> {
+  static constexpr std::string_view effect = "flexible_mode_arm";
+  static constexpr std::string_view share = "mode_arm_share";
+  static constexpr std::string_view frequency = "mode_arm_frequency";
+  static constexpr std::string_view damping = "mode_arm_damping";
+  static constexpr std::string_view deflection = "mode_arm_deflection";
+  static constexpr std::string_view speed = "mode_arm_speed";
+};
+
+/// One of the three masses is not stiff: a share m of its inertia J hangs on a spring of its own,
+/// which swings with the frequency f and the damping ratio zeta where the rest is held. With q the
+/// deflection of that spring and omega = 2 pi f,
+///
+///     torque = J m (omega^2 q + 2 zeta omega q'),
+///
+/// against the rest and for the part. The mass's whole inertia stays what it is.
+/// Source: S. Moberg, J. Ohr, S. Gunnarsson, "A benchmark problem for robust control of a
+/// multivariable nonlinear flexible manipulator", IFAC World Congress, 2008.
+template <Site site>
+struct FlexibleMode {
+  using Names = ModeNames<site>;
+  static constexpr std::string_view name = Names::effect;
+  static constexpr std::array parameters{
+      EffectParameter{Names::share, "-", 0.0, 0.0, 0.95, 0.05},
+      EffectParameter{
+          Names::frequency, "Hz", 20.0, 0.5, 300.0, 10.0, Role::kShape, {3.0, 120.0, 16}},
+      EffectParameter{Names::damping, "-", 0.03, 1e-4, 2.0, 0.03, Role::kShape, {}}};
+  static constexpr std::array states{EffectState{Names::deflection, "rad", Beginning::kZero, 0.02},
+                                     EffectState{Names::speed, "rad/s", Beginning::kSpeed, 2.0}};
+
+  template <class T>
+  static Contribution<T> contribute(const Motion<T>& motion, const T* x, const T* p) {
+    if constexpr (site == Site::kMotor) {
+      const T torque = (p[0] / motion.arm.motor_mobility) * acceleration(motion, x, p);
+      return {.motor_torque = -torque, .motor_inertia = -p[0]};
+    } else if constexpr (site == Site::kGear) {
+      const T torque = (p[0] / motion.arm.gear_mobility) * acceleration(motion, x, p);
+      return {.gear_torque = -torque, .gear_inertia = -p[0]};
+    } else {
+      const T torque = (p[0] / motion.arm.arm_mobility) * acceleration(motion, x, p);
+      return {.arm_torque = -torque, .arm_inertia = -p[0]};
+    }
+  }
+
+  template <class T>
+  static void rates(const Motion<T>& motion, const T* x, const T* p, T* dx) {
+    dx[0] = speed(motion) - x[1];
+    dx[1] = acceleration(motion, x, p);
+  }
+
+ private:
+  template <class T>
+  static const T& speed(const Motion<T>& motion) {
+    if constexpr (site == Site::kMotor) return motion.speed_motor();
+    if constexpr (site == Site::kGear) return motion.speed_gear();
+    return motion.speed_arm();
+  }
+
+  /// rad/s^2, of the part on the spring.
+  template <class T>
+  static T acceleration(const Motion<T>& motion, const T* x, const T* p) {
+    const T omega = (2.0 * std::numbers::pi) * p[1];
+    return omega * (omega * x[0] + 2.0 * (p[2] * (speed(motion) - x[1])));
+  }
+};
+
+}  // namespace armukf::effects

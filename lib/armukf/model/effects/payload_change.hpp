@@ -1,0 +1,26 @@
+#pragma once
+
+#include <array>
+
+#include "armukf/model/effect.hpp"
+
+namespace armukf::effects {
+
+/// The arm carries more (or less) than when J was identified: its inertia grows by payload times
+/// its own, from payload_time (s since the first sample) on; the default is before any record.
+struct PayloadChange {
+  static constexpr std::string_view name = "payload_change";
+  static constexpr std::array parameters{
+      EffectParameter{"payload", "-", 0.0, -0.95, 100.0, 0.2},
+      EffectParameter{"payload_time", "s", -1.0, -1.0, 1e6, 1.0, Role::kShape, {-1.0, 8.0, 10}}};
+  static constexpr std::array<EffectState, 0> states{};
+  static constexpr double kPickUpS = 0.01;  // s, over which the payload comes on
+
+  template <class T>
+  static Contribution<T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
+    const T since = (1.0 / kPickUpS) * (motion.time - p[1]);
+    return {.arm_inertia = p[0] * (0.5 + 0.5 * tanh(since))};
+  }
+};
+
+}  // namespace armukf::effects

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <array>
+
+#include "armukf/model/effect.hpp"
+
+namespace armukf::effects {
+
+/// The motor's friction changes while it warms up: by the factor thermal_friction more (or, below
+/// 0, less) in the end, over the time constant T = thermal_friction_time from the record's
+/// beginning on: torque at the motor = -thermal_friction (1 - e^(-t/T)) friction(w), w =
+/// speed_motor. Source: Bittencourt and Gunnarsson 2012, as for load_dependent_friction, section 4.
+struct ThermalFriction {
+  static constexpr std::string_view name = "thermal_friction";
+  static constexpr std::array parameters{
+      EffectParameter{"thermal_friction", "-", 0.0, -0.9, 5.0, 0.1},
+      EffectParameter{
+          "thermal_friction_time", "s", 5.0, 0.2, 1000.0, 5.0, Role::kShape, {1.0, 25.0, 3}}};
+  static constexpr std::array<EffectState, 0> states{};
+
+  template <class T>
+  static Contribution<T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
+    const T warmth = 1.0 - exp(T(-motion.time / p[1]));
+    return {.motor_torque = -(p[0] * (warmth * friction(motion.arm, motion.speed_motor())))};
+  }
+};
+
+}  // namespace armukf::effects
