@@ -7,6 +7,7 @@
 namespace armukf::apps {
 
 void add_compare(CLI::App& program);
+void add_diagnose(CLI::App& program);
 void add_estimate(CLI::App& program);
 void add_evaluate(CLI::App& program);
 void add_fit(CLI::App& program);

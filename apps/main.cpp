@@ -31,6 +31,7 @@ void add_commands(CLI::App& program) {
   add_fit(program);
   add_evaluate(program);
   add_compare(program);
+  add_diagnose(program);
   program.set_version_flag("--version", kVersion);
   for (CLI::App* command : program.get_subcommands({}))
     command->set_version_flag("--version", kVersion);

@@ -45,4 +45,18 @@ void Progress::print(std::uint64_t done) {
   printed_ = true;
 }
 
+StageProgress::StageProgress(bool quiet) : visible_(!quiet && isatty(STDERR_FILENO) == 1) {}
+
+void StageProgress::show(std::string_view stage, double share) {
+  if (!visible_) return;
+  fmt::print(stderr, "\r\033[K{:3.0f} %, {}", 100.0 * share, stage);
+  std::fflush(stderr);
+  printed_ = true;
+}
+
+void StageProgress::wipe() {
+  if (printed_) fmt::print(stderr, "\r\033[K");
+  printed_ = false;
+}
+
 }  // namespace armukf::apps

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
 namespace armukf::apps {
 
@@ -29,6 +30,23 @@ class Progress {
   unsigned calls_ = 0;
   Clock::time_point begin_;
   Clock::time_point next_;
+};
+
+/// The same for a job of a few named stages.
+class StageProgress {
+ public:
+  explicit StageProgress(bool quiet);
+  ~StageProgress() { wipe(); }
+  StageProgress(const StageProgress&) = delete;
+  StageProgress& operator=(const StageProgress&) = delete;
+
+  /// share: of the work that is behind, 0 to 1.
+  void show(std::string_view stage, double share);
+  void wipe();
+
+ private:
+  bool visible_;
+  bool printed_ = false;
 };
 
 }  // namespace armukf::apps

@@ -13,14 +13,14 @@ import tempfile
 from pathlib import Path
 
 # What each layer may include besides itself. The four above core know nothing of each other, nor do
-# the three jobs above these.
+# the two jobs above these; a diagnosis is a job that is made of batch fits.
 CORE = {"core"}
 TOOLS = CORE | {"model", "filter", "ode", "fit"}
 LIBRARY = TOOLS | {"online", "batch", "diagnosis", "io"}
 BELOW = {
     "core": set(),
     "model": CORE, "filter": CORE, "ode": CORE, "fit": CORE,
-    "online": TOOLS, "batch": TOOLS, "diagnosis": TOOLS,
+    "online": TOOLS, "batch": TOOLS, "diagnosis": TOOLS | {"batch"},
     "io": LIBRARY,
     "apps": LIBRARY,
     "tests": LIBRARY,
@@ -99,6 +99,8 @@ CASES = [
     ("lib/armukf/online/a.cpp", '#include "armukf/filter/b.hpp"', False),
     ("lib/armukf/online/a.cpp", '#include "armukf/batch/b.hpp"', True),
     ("lib/armukf/diagnosis/a.cpp", '#include "armukf/online/b.hpp"', True),
+    ("lib/armukf/diagnosis/a.cpp", '#include "armukf/batch/b.hpp"', False),
+    ("lib/armukf/batch/a.cpp", '#include "armukf/diagnosis/b.hpp"', True),
     ("lib/armukf/batch/a.cpp", '#include "armukf/io/b.hpp"', True),
     ("lib/armukf/io/a.cpp", '#include "armukf/diagnosis/b.hpp"', False),
     ("lib/armukf/io/a.cpp", '#include "there.hpp"', True),  # in apps/

@@ -15,6 +15,21 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
+/// Sums over a filter's innovations, the sensor's noise variance taken for 1.
+struct InnovationSums {
+  double count = 0.0;
+  double nis = 0.0;
+  double log_variance = 0.0;
+
+  /// The sensor's variance with which the mean NIS is 1.
+  double sensor_variance() const { return nis / count; }
+
+  double log_likelihood() const {
+    return -0.5 *
+           (count * (std::log(2.0 * std::numbers::pi * sensor_variance()) + 1.0) + log_variance);
+  }
+};
+
 /// The states of the arm alone, and those of any model.
 using ArmShape = FixedShape<kArmStates, 0>;
 using AnyShape = BoundedShape<kMaxStates, kMaxStates>;
@@ -118,14 +133,13 @@ Innovation updated(Gaussian<Shape>& belief, const Linearised<Shape>& rule,
 /// torque noise's density (N.m.s^1/2 per rad/s of sensor noise) as given. Calls visit(k, x) with
 /// the states believed at sample k, given the measurements before and at it.
 template <class Shape, class Visit>
-double filter(const Setting& setting, Shape shape, double density, Visit visit) {
+InnovationSums filter(const Setting& setting, Shape shape, double density, Visit visit) {
   using Number = typename Linearised<Shape>::Number;
   const Step<Number> step(setting);
   const Linearised<Shape> rule;
   const StepNoise<Shape> noise = noise_per_second<Shape>(setting.model, density);
   Gaussian<Shape> belief = first_belief(setting, shape);
-  double nis = 0.0;
-  double count = 0.0;
+  InnovationSums sums;
   for (std::size_t k = 0; k < setting.samples.size(); ++k) {
     if (k > 0) {
       const auto f = [&](const Number* x, const Number* /*unknowns*/) {
@@ -140,19 +154,20 @@ double filter(const Setting& setting, Shape shape, double density, Visit visit) 
     const double y = setting.samples[k].y;
     if (!std::isnan(y)) {
       const Innovation seen = updated(belief, rule, step, k, y);
-      nis += seen.nis();
-      count += 1.0;
+      sums.nis += seen.nis();
+      sums.log_variance += std::log(seen.variance);
+      sums.count += 1.0;
     }
     visit(k, belief.mean);
   }
-  return nis / count;
+  return sums;
 }
 
 /// Calls visit(k, y) with the predicted speed at every `stride`-th sample k from `horizon` on;
-/// returns the mean NIS.
+/// returns the innovations' sums.
 template <class Shape, class Visit>
-double visit_predictions(const Setting& setting, Shape shape, double density, std::size_t horizon,
-                         std::size_t stride, Visit visit) {
+InnovationSums visit_predictions(const Setting& setting, Shape shape, double density,
+                                 std::size_t horizon, std::size_t stride, Visit visit) {
   const Step<double> step(setting);
   return filter(setting, shape, density, [&](std::size_t k, const auto& belief) {
     if (k + horizon >= setting.samples.size() || k % stride != 0) return;
@@ -214,9 +229,10 @@ Prediction predict_ahead(const Setting& setting, Shape shape, std::size_t horizo
   prediction.y = simulate(setting.model, setting.x0, first, setting.propagation);
   prediction.y.resize(n, kNaN);
   const double density = best_density(setting, shape, horizon);
-  const double nis = visit_predictions(setting, shape, density, horizon, 1,
-                                       [&](std::size_t k, double y) { prediction.y[k] = y; });
-  prediction.sensor_sd = std::sqrt(nis);
+  const InnovationSums sums = visit_predictions(
+      setting, shape, density, horizon, 1, [&](std::size_t k, double y) { prediction.y[k] = y; });
+  prediction.sensor_sd = std::sqrt(sums.sensor_variance());
+  prediction.log_likelihood = sums.log_likelihood();
   prediction.torque_density = density * prediction.sensor_sd;
   return prediction;
 }

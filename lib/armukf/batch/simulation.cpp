@@ -18,6 +18,9 @@ constexpr double kRunaway = 1e6;  // rad/s; no motor turns so fast: the simulati
 constexpr int kFewDirections = 8;
 constexpr int kManyDirections = 16;
 
+/// Rows for an arm with an effect or two; more cost twice as much.
+constexpr int kFewStates = 8;
+
 double value_of(double x) { return x; }
 template <int N>
 double value_of(const Dual<N>& x) {
@@ -42,16 +45,16 @@ void follow_motor(const Model& model, const std::array<T, States>& before, doubl
 
 /// Calls visit(k, x, y) with the states and the measured speed at each sample, until the motor's
 /// speed runs away; returns how many samples were visited. p: a number per parameter; x: the states
-/// at the first sample.
-template <class T, std::size_t States, class Visit>
+/// at the first sample; input(k): the torque (N.m) held from sample k on.
+template <class T, std::size_t States, class Input, class Visit>
 std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array<T, States> x,
                          const std::vector<Sample>& samples, const Propagation& propagation,
-                         Visit visit) {
+                         Input input, Visit visit) {
   const Dynamics<T> dynamics(model, p.data());
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (k > 0) {
       const Sample& last = samples[k - 1];
-      const auto f = [&, u = T(last.u)](const auto& state, auto& rate, double t) {
+      const auto f = [&, u = input(k - 1)](const auto& state, auto& rate, double t) {
         dynamics.derivative(t, u, state.data(), rate.data());
       };
       const std::array<T, States> before = x;
@@ -60,7 +63,7 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
     }
     if (!(std::abs(value_of(x[kSpeedMotor])) < kRunaway)) return k;
     if constexpr (States > kArmStates) {
-      visit(k, x, dynamics.measured(samples[k].t - samples[0].t, T(samples[k].u), x.data()));
+      visit(k, x, dynamics.measured(samples[k].t - samples[0].t, input(k), x.data()));
     } else {
       visit(k, x, x[kSpeedMotor]);
     }
@@ -69,16 +72,22 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
 }
 
 /// The same with as many rows as the model needs: the bare arm, or one with effects.
-template <class T, class Visit>
+template <class T, class Input, class Visit>
 std::size_t visit_states(const Model& model, const std::vector<T>& p, const std::vector<T>& x0,
                          const std::vector<Sample>& samples, const Propagation& propagation,
-                         Visit visit) {
+                         Input input, Visit visit) {
   const auto with_rows = [&](auto x) {
     std::ranges::copy(x0, x.begin());
-    return visit_states(model, p, x, samples, propagation, visit);
+    return visit_states(model, p, x, samples, propagation, input, visit);
   };
   if (model.effects.empty()) return with_rows(Rows<T, kArmStates>{});
+  if (model.states.size() <= kFewStates) return with_rows(Rows<T, kFewStates>{});
   return with_rows(Rows<T, kMaxStates>{});
+}
+
+template <class T>
+auto recorded_input(const std::vector<Sample>& samples) {
+  return [&samples](std::size_t k) { return T(samples[k].u); };
 }
 
 std::vector<double> values_of(const Model& model) {
@@ -104,7 +113,8 @@ void differentiate(const Model& model, const std::vector<double>& x0,
     seed.gradient[j] = 1.0;
   }
   const std::size_t visited = visit_states(
-      model, p, x, samples, propagation, [&](std::size_t k, const auto& states, const Dual<N>& y) {
+      model, p, x, samples, propagation, recorded_input<Dual<N>>(samples),
+      [&](std::size_t k, const auto& states, const Dual<N>& y) {
         result.y[k] = y.value;
         std::copy_n(y.gradient.begin(), count, &result.gradient(static_cast<int>(k), first));
         for (const int i : {kTwistGear, kTwistArm})
@@ -119,7 +129,7 @@ void differentiate(const Model& model, const std::vector<double>& x0,
 std::vector<double> simulate(const Model& model, const std::vector<double>& x0,
                              const std::vector<Sample>& samples, const Propagation& propagation) {
   std::vector<double> y(samples.size(), kNaN);
-  visit_states(model, values_of(model), x0, samples, propagation,
+  visit_states(model, values_of(model), x0, samples, propagation, recorded_input<double>(samples),
                [&](std::size_t k, const auto& /*states*/, double speed) { y[k] = speed; });
   return y;
 }
@@ -137,6 +147,33 @@ Sensitivities sensitivities(const Model& model, const std::vector<double>& x0,
     first += kManyDirections;
   } while (first < directions.size());
   return result;
+}
+
+JacobianMatrix torque_sensitivities(const Model& model, const std::vector<double>& x0,
+                                    const std::vector<Sample>& samples,
+                                    const Propagation& propagation,
+                                    const Eigen::MatrixXd& torques) {
+  using Number = Dual<kFewDirections>;
+  JacobianMatrix gradient = JacobianMatrix::Constant(torques.rows(), torques.cols(), kNaN);
+  const std::vector<double> values = values_of(model);
+  const std::vector<Number> p(values.begin(), values.end());
+  const std::vector<Number> x(x0.begin(), x0.end());
+  for (Eigen::Index first = 0; first < torques.cols(); first += kFewDirections) {
+    const auto count =
+        static_cast<int>(std::min<Eigen::Index>(kFewDirections, torques.cols() - first));
+    const auto input = [&](std::size_t k) {
+      Number u(samples[k].u);
+      for (int j = 0; j < count; ++j)
+        u.gradient[j] = torques(static_cast<Eigen::Index>(k), first + j);
+      return u;
+    };
+    visit_states(model, p, x, samples, propagation, input,
+                 [&](std::size_t k, const auto& /*states*/, const Number& y) {
+                   std::copy_n(y.gradient.begin(), count,
+                               &gradient(static_cast<Eigen::Index>(k), first));
+                 });
+  }
+  return gradient;
 }
 
 std::vector<double> speeds_of(const std::vector<Sample>& samples) {

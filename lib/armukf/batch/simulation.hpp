@@ -40,6 +40,12 @@ Sensitivities sensitivities(const Model& model, const std::vector<double>& x0,
                             const std::vector<Sample>& samples, const Propagation& propagation,
                             const Directions& directions);
 
+/// Derivatives of the simulated speed by the amplitude of torques that are added to the input: a
+/// column per torque, N.m at each sample and held like the input.
+JacobianMatrix torque_sensitivities(const Model& model, const std::vector<double>& x0,
+                                    const std::vector<Sample>& samples,
+                                    const Propagation& propagation, const Eigen::MatrixXd& torques);
+
 /// What is known of the states at a record's first sample; positions are those of the model.
 struct InitialChoice {
   std::vector<int> free{kSpeedMotor, kSpeedGear, kSpeedArm};  // to be fitted to the record

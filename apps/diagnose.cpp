@@ -1,0 +1,91 @@
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "armukf/diagnosis/trace.hpp"
+#include "armukf/io/csv_reader.hpp"
+#include "armukf/io/diagnosis_report.hpp"
+#include "commands.hpp"
+#include "model_options.hpp"
+#include "option_values.hpp"
+#include "progress.hpp"
+#include "report_options.hpp"
+
+namespace armukf::apps {
+namespace {
+
+constexpr double kValidationShare = 0.3;  // of a record that has to serve for both
+constexpr int kMostEffects = 10;
+
+struct DiagnoseOptions {
+  std::string input;
+  std::string validation;
+  std::string save;
+  TraceSettings settings;
+  ModelOptions model;
+  ReportOptions report;
+  Columns columns;
+};
+
+/// The record without its last part, and that part.
+std::pair<Record, Record> split(Record record) {
+  const auto kept = static_cast<std::ptrdiff_t>((1.0 - kValidationShare) *
+                                                static_cast<double>(record.samples.size()));
+  Record last{record.name + " (last 30 %)", {}};
+  last.samples.assign(record.samples.begin() + kept, record.samples.end());
+  record.samples.erase(record.samples.begin() + kept, record.samples.end());
+  record.name += " (first 70 %)";
+  return {std::move(record), std::move(last)};
+}
+
+void diagnose(DiagnoseOptions& o) {
+  const auto begin = std::chrono::steady_clock::now();
+  ModelFile start = chosen_model(o.model);
+  o.settings.propagation = start.settings.propagation;
+  Record estimation = read_record(o.input, o.columns);
+  Record validation;
+  if (o.validation.empty()) {
+    std::tie(estimation, validation) = split(std::move(estimation));
+  } else {
+    validation = read_record(o.validation, o.columns);
+  }
+  StageProgress progress(o.report.quiet);
+  DiagnosisSummary summary;
+  summary.diagnosis =
+      trace(start.model, estimation, validation, o.settings,
+            [&](std::string_view stage, double share) { progress.show(stage, share); });
+  progress.wipe();
+  summary.estimation = estimation.name;
+  summary.validation = validation.name;
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+  summary.seconds = taken.count();
+  write_report(o.report, diagnosis_text(summary), diagnosis_json(summary));
+  if (!o.save.empty()) write_model_file(o.save, {summary.diagnosis.after.model, start.settings});
+}
+
+}  // namespace
+
+void add_diagnose(CLI::App& program) {
+  CLI::App& command = *program.add_subcommand(
+      "diagnose", "Find what the model lacks, name it, add it, and report before and after");
+  command.footer(
+      "FILE is fitted, the validation record only judges; without one the last 30 % of FILE do.\n"
+      "Initial states are fitted on both. An effect is accepted where its score is beyond chance\n"
+      "for residuals of any colour and as many candidates, and where it lowers the validation\n"
+      "error by more than chance with a size that both records agree on.");
+  const auto o = std::make_shared<DiagnoseOptions>();
+  command.add_option("FILE", o->input, "the record to fit, as CSV; - is standard input")
+      ->required();
+  command.add_option("--validate", o->validation, "another record of the same arm")
+      ->type_name("FILE");
+  command.add_option("--most-effects", o->settings.most_effects, "rounds, an effect each, at most")
+      ->check(whole_number(1, kMostEffects));
+  command.add_option("--save", o->save, "write the completed model, as TOML");
+  add_model_options(command, o->model);
+  add_report_options(command, o->report);
+  add_columns_option(command, o->columns);
+  command.callback([o] { diagnose(*o); });
+}
+
+}  // namespace armukf::apps

@@ -1,0 +1,173 @@
+#include "armukf/diagnosis/portrait.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+
+#include "armukf/diagnosis/score.hpp"
+#include "armukf/diagnosis/spectrum.hpp"
+
+namespace armukf {
+namespace {
+
+constexpr double kLevel = 1e-4;      // of a probe's test
+constexpr double kMatters = 0.02;    // of the mean squared error
+constexpr double kLinePower = 40.0;  // beside its neighbourhood
+constexpr int kMostLines = 3;
+constexpr double kHighestHz = 100.0;
+constexpr double kHighestHarmonic = 100.0;  // 1/rad
+constexpr int kBlocks = 4;                  // of the record's time
+
+/// What the motor does at a sample, as measured.
+struct Instant {
+  double share;     // of the record's time, 0 to 1
+  double time;      // s
+  double speed;     // rad/s
+  double torque;    // N.m, commanded
+  double sign;      // of the speed, smooth
+  double reversal;  // -1 to 1: bends with the motion, as dry friction does before it slips
+};
+
+/// A torque that might act on the motor, as columns of what it could be made of.
+struct Probe {
+  std::string description;
+  int columns;
+  std::function<double(const Instant&, int)> torque;
+};
+
+double in_block(const Instant& at, int block) {
+  return std::min(kBlocks - 1, static_cast<int>(at.share * kBlocks)) == block ? 1.0 : 0.0;
+}
+
+std::vector<Probe> probes() {
+  return {
+      {"a torque that is not the same in all parts of the record (offset or drift)", kBlocks,
+       [](const Instant& at, int j) { return in_block(at, j); }},
+      {"friction that is not the same in all parts of the record", kBlocks,
+       [](const Instant& at, int j) { return in_block(at, j) * at.sign; }},
+      {"a torque that depends on the motor's speed in another way than its friction does", 4,
+       [](const Instant& at, int j) {
+         const double w = at.speed / 30.0;
+         return std::array{w, w * std::abs(w), at.sign, at.sign / (1.0 + w * w * 25.0)}[j];
+       }},
+      {"a torque that differs between the directions", 2,
+       [](const Instant& at, int j) { return j == 0 ? 1.0 : std::abs(at.speed) / 30.0; }},
+      {"a torque that is not proportional to the command (saturation, gain)", 2,
+       [](const Instant& at, int j) {
+         return j == 0 ? at.torque : at.torque * at.torque * at.torque / 100.0;
+       }},
+      {"friction that grows with the load", 1,
+       [](const Instant& at, int /*j*/) { return std::abs(at.torque) * at.sign; }},
+      {"a torque that remembers reversals (hysteresis, presliding)", 1,
+       [](const Instant& at, int /*j*/) { return at.reversal; }},
+  };
+}
+
+std::vector<Instant> instants(const std::vector<Sample>& samples) {
+  constexpr double kSlip = 0.1;  // rad, after which dry friction slips
+  std::vector<Instant> all;
+  const double length = samples.back().t - samples.front().t;
+  double speed = 0.0;
+  double bent = 0.0;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (!std::isnan(samples[k].y)) speed = samples[k].y;
+    const double time = samples[k].t - samples.front().t;
+    const double dt = k == 0 ? 0.0 : samples[k].t - samples[k - 1].t;
+    bent = std::clamp(bent + speed * dt / kSlip, -1.0, 1.0);
+    all.push_back({time / length, time, speed, samples[k].u, std::tanh(speed / kStandstill), bent});
+  }
+  return all;
+}
+
+Eigen::MatrixXd torques_of(const Probe& probe, const std::vector<Instant>& motion) {
+  Eigen::MatrixXd torques(motion.size(), probe.columns);
+  for (std::size_t k = 0; k < motion.size(); ++k)
+    for (int j = 0; j < probe.columns; ++j)
+      torques(static_cast<Eigen::Index>(k), j) = probe.torque(motion[k], j);
+  return torques;
+}
+
+/// A periodic torque of that frequency.
+Probe line_probe(double hertz) {
+  const double w = 2.0 * std::numbers::pi * hertz;
+  return {fmt::format("a periodic torque at {:.2f} Hz", hertz), 2, [w](const Instant& at, int j) {
+            return j == 0 ? std::cos(w * at.time) : std::sin(w * at.time);
+          }};
+}
+
+std::string bands(const FittedModel& fit, const std::vector<Sample>& samples) {
+  constexpr std::array kEdges{0.0, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0};
+  const double length = samples.back().t - samples.front().t;
+  const auto n = static_cast<double>(samples.size());
+  // Power of each band by differences of running means would leak; plain sums over lines do not.
+  std::vector<double> power(kEdges.size() - 1, 0.0);
+  double total = 0.0;
+  for (const double r : fit.residual)
+    if (std::isfinite(r)) total += r * r / n;
+  double rest = total;
+  const int last = static_cast<int>(kEdges[4] * length);
+  for (int i = 0; i <= last; ++i) {
+    const double w = 2.0 * std::numbers::pi * i / length;
+    double re = 0.0;
+    double im = 0.0;
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+      if (!std::isfinite(fit.residual[k])) continue;
+      const double angle = w * (samples[k].t - samples.front().t);
+      re += fit.residual[k] * std::cos(angle);
+      im += fit.residual[k] * std::sin(angle);
+    }
+    const double line = (i == 0 ? 1.0 : 2.0) * (re * re + im * im) / (n * n);
+    for (std::size_t b = 0; b + 1 < kEdges.size(); ++b)
+      if (i / length >= kEdges[b] && i / length < kEdges[b + 1]) power[b] += line;
+    rest -= line;
+  }
+  std::vector<std::string> parts;
+  for (std::size_t b = 0; b < 4; ++b)
+    parts.push_back(
+        fmt::format("{:g}-{:g} Hz {:.0f} %", kEdges[b], kEdges[b + 1], 100.0 * power[b] / total));
+  parts.push_back(fmt::format("above {:.0f} %", 100.0 * std::max(0.0, rest) / total));
+  return fmt::format("size {:.3g} rad/s rms; by band: {}", std::sqrt(total),
+                     fmt::join(parts, ", "));
+}
+
+}  // namespace
+
+std::vector<std::string> portrait(const FittedModel& fit, const Record& record,
+                                  const std::vector<double>& innovations,
+                                  const Propagation& propagation) {
+  const ScoreTest test(fit, record.samples, propagation);
+  const std::vector<Instant> motion = instants(record.samples);
+  std::vector<Probe> tried = probes();
+  std::vector<double> t;
+  for (const Instant& at : motion) t.push_back(at.time);
+  for (const std::vector<double>& e : {fit.residual, innovations})
+    for (const SpectralLine& line : lines_over_time(t, e, kHighestHz, kLinePower, kMostLines))
+      tried.push_back(line_probe(line.frequency));
+  std::vector<std::pair<double, std::string>> seen;
+  for (const Probe& probe : tried) {
+    const Score score = test.of_torques(torques_of(probe, motion));
+    const double share = score.gain / fit.mse;
+    if (score.p_value < kLevel && share > kMatters)
+      seen.emplace_back(
+          share, fmt::format("{}: explains {:.0f} % of it", probe.description, 100.0 * share));
+  }
+  std::ranges::sort(seen, std::greater{});
+  std::vector<std::string> lines;
+  for (const auto& [share, text] : seen)
+    if (std::ranges::find(lines, text) == lines.end()) lines.push_back(text);
+  const std::vector<double> angle = motor_angle(record.samples);
+  for (const SpectralLine& line :
+       lines_over_angle(angle, innovations, kHighestHarmonic, kLinePower, kMostLines))
+    lines.push_back(fmt::format("repeats with the motor's angle, {:.2f} times per rad",
+                                line.frequency / (2.0 * std::numbers::pi)));
+  if (!lines.empty()) lines.push_back(bands(fit, record.samples));
+  return lines;
+}
+
+}  // namespace armukf

@@ -1,0 +1,135 @@
+#include "armukf/diagnosis/score.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "armukf/batch/simulation.hpp"
+#include "armukf/core/statistics.hpp"
+#include "armukf/fit/covariance.hpp"
+
+namespace armukf {
+namespace {
+
+/// Of a column's own length: what is left of it beside that is rounding.
+constexpr double kNothingLeft = 1e-6;
+
+/// Least squares r ~ S b with b_j >= 0 where `positive`: of the few columns, those that would go
+/// below 0 are left out, one after the other.
+Eigen::VectorXd bounded_solution(const Eigen::MatrixXd& S, const Eigen::VectorXd& r,
+                                 const std::vector<bool>& positive) {
+  std::vector<int> active;
+  for (int j = 0; j < S.cols(); ++j) active.push_back(j);
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(S.cols());
+  while (!active.empty()) {
+    const Eigen::MatrixXd part = S(Eigen::all, active);
+    const Eigen::VectorXd found = part.colPivHouseholderQr().solve(r);
+    int worst = -1;
+    for (int k = 0; k < found.size(); ++k)
+      if (positive[active[k]] && found[k] < 0.0 && (worst < 0 || found[k] < found[worst]))
+        worst = k;
+    if (worst < 0) {
+      for (int k = 0; k < found.size(); ++k) b[active[k]] = found[k];
+      return b;
+    }
+    active.erase(active.begin() + worst);
+  }
+  return b;
+}
+
+}  // namespace
+
+ScoreTest::ScoreTest(const FittedModel& base, const std::vector<Sample>& samples,
+                     const Propagation& propagation)
+    : base_(base), samples_(samples), propagation_(propagation) {
+  for (std::size_t k = 0; k < samples.size(); ++k)
+    if (std::isfinite(base.residual[k])) measured_.push_back(static_cast<Eigen::Index>(k));
+  const Directions directions{base.model.unknowns(), all_free(base.model).free};
+  const JacobianMatrix all =
+      sensitivities(base.model, base.x0, samples, propagation, directions).gradient;
+  Eigen::MatrixXd columns = all(measured_, Eigen::all);
+  for (Eigen::Index j = 0; j < columns.cols(); ++j)
+    if (const double length = columns.col(j).norm(); length > 0.0) columns.col(j) /= length;
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factors(columns);
+  explained_ = factors.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), factors.rank());
+  residual_ = Eigen::Map<const Eigen::VectorXd>(
+      base.residual.data(), static_cast<Eigen::Index>(base.residual.size()))(measured_);
+  project(residual_);
+}
+
+void ScoreTest::project(Eigen::Ref<Eigen::MatrixXd> columns) const {
+  columns -= explained_ * (explained_.transpose() * columns);
+}
+
+/// A column per size; two for an effect of an angle, at which cos and -sin of it stand for the
+/// unknown zero.
+Eigen::MatrixXd ScoreTest::sensitivities_of(const Trial& trial) const {
+  std::vector<double> x0 = extended(base_.x0, trial.model);
+  const Directions directions{trial.sizes, {}};
+  const auto columns = [&] {
+    const JacobianMatrix all =
+        sensitivities(trial.model, x0, samples_, propagation_, directions).gradient;
+    return Eigen::MatrixXd(all(measured_, Eigen::all));
+  };
+  Eigen::MatrixXd S = columns();
+  if (trial.angle_state < 0) return S;
+  x0[trial.angle_state] = 0.5 * std::numbers::pi / trial.harmonic;
+  S.conservativeResize(Eigen::NoChange, 2);
+  S.col(1) = columns().col(0);
+  return S;
+}
+
+/// The test of columns that are not projected yet; `positive` ones must not go below 0.
+Score ScoreTest::score_of(Eigen::MatrixXd S, const std::vector<bool>& positive) const {
+  Score score;
+  score.sizes.assign(S.cols(), 0.0);
+  if (!S.allFinite()) return score;
+  const Eigen::RowVectorXd lengths = S.colwise().norm();
+  project(S);
+  for (Eigen::Index j = 0; j < S.cols(); ++j)
+    if (!(S.col(j).norm() > kNothingLeft * lengths[j])) return score;
+  const Eigen::VectorXd b = bounded_solution(S, residual_, positive);
+  const Eigen::VectorXd left = residual_ - S * b;
+  score.gain =
+      (residual_.squaredNorm() - left.squaredNorm()) / static_cast<double>(residual_.size());
+  std::vector<int> used;
+  for (int j = 0; j < b.size(); ++j)
+    if (b[j] != 0.0) used.push_back(j);
+  if (used.empty()) return score;
+  const JacobianMatrix J = S(Eigen::all, used);
+  const Eigen::MatrixXd covariance =
+      coloured_covariance(J, residual_, inverse_information(J), {{0, J.rows()}},
+                          static_cast<Eigen::Index>(used.size()));
+  const Eigen::VectorXd step = b(used);
+  score.statistic = step.dot(covariance.ldlt().solve(step));
+  score.freedom = static_cast<int>(used.size());
+  score.p_value = chi_square_tail(score.statistic, score.freedom);
+  std::copy(b.begin(), b.end(), score.sizes.begin());
+  return score;
+}
+
+Score ScoreTest::operator()(const Trial& trial) const {
+  Eigen::MatrixXd S = sensitivities_of(trial);
+  std::vector<bool> positive(S.cols(), false);
+  if (trial.angle_state < 0) {
+    for (std::size_t j = 0; j < trial.sizes.size(); ++j) {
+      const Parameter& p = trial.model.parameters[trial.sizes[j]];
+      positive[j] = p.value <= p.lower;
+    }
+  }
+  Score score = score_of(std::move(S), positive);
+  if (trial.angle_state >= 0) {
+    score.angle = std::atan2(score.sizes[1], score.sizes[0]) / trial.harmonic;
+    score.sizes = {std::hypot(score.sizes[0], score.sizes[1])};
+  }
+  return score;
+}
+
+Score ScoreTest::of_torques(const Eigen::MatrixXd& torques) const {
+  const JacobianMatrix all =
+      torque_sensitivities(base_.model, base_.x0, samples_, propagation_, torques);
+  return score_of(all(measured_, Eigen::all), std::vector<bool>(torques.cols(), false));
+}
+
+}  // namespace armukf

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "armukf/core/record.hpp"
+#include "armukf/diagnosis/base_fit.hpp"
+#include "armukf/diagnosis/trial.hpp"
+
+namespace armukf {
+
+/// What one linearised step from no effect along a trial's sizes would bring.
+struct Score {
+  std::vector<double> sizes;  // the step, one per size of the trial, within their bounds
+  double angle = 0.0;         // rad, where the trial's angle is 0
+  double gain = 0.0;          // (rad/s)^2, by which the mean squared error falls
+  double statistic = 0.0;     // chi-square with `freedom` degrees if there is no such effect,
+  int freedom = 0;            // whatever the residual's colour
+  double p_value = 1.0;       // of the statistic, for this trial alone
+};
+
+/// Score (Lagrange multiplier) tests against a fitted model, without refitting: the residual on
+/// the sensitivity of the output to a trial's sizes, after both have lost what the free parameters
+/// and the initial states could explain. The variance is that of coloured residuals.
+/// Source: L. G. Godfrey, "Misspecification tests in econometrics", 1988, chapter 1; variance as in
+/// fit/covariance.hpp.
+class ScoreTest {
+ public:
+  ScoreTest(const FittedModel& base, const std::vector<Sample>& samples,
+            const Propagation& propagation);
+
+  Score operator()(const Trial& trial) const;
+
+  /// The same for torques (N.m, a column each) that might act on the motor besides.
+  Score of_torques(const Eigen::MatrixXd& torques) const;
+
+ private:
+  Score score_of(Eigen::MatrixXd columns, const std::vector<bool>& positive) const;
+  Eigen::MatrixXd sensitivities_of(const Trial& trial) const;
+  void project(Eigen::Ref<Eigen::MatrixXd> columns) const;
+
+  const FittedModel& base_;
+  const std::vector<Sample>& samples_;
+  const Propagation& propagation_;
+  std::vector<Eigen::Index> measured_;  // samples that count
+  Eigen::MatrixXd explained_;           // orthonormal columns: what the base model can explain
+  Eigen::VectorXd residual_;            // at the measured samples, projected
+};
+
+}  // namespace armukf

@@ -1,0 +1,384 @@
+#include "armukf/diagnosis/trace.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "armukf/batch/prediction.hpp"
+#include "armukf/core/error.hpp"
+#include "armukf/core/statistics.hpp"
+#include "armukf/diagnosis/portrait.hpp"
+#include "armukf/diagnosis/score.hpp"
+#include "armukf/diagnosis/spectrum.hpp"
+#include "armukf/fit/covariance.hpp"
+
+namespace armukf {
+namespace {
+
+constexpr double kLevel = 0.01;        // of a score, corrected for the number of trials
+constexpr double kLeastGain = 0.005;   // of the mean squared error, for a refit
+constexpr double kLeastHelp = 0.02;    // of the validation's mean squared error, to be accepted
+constexpr double kSurelyHelps = 3.0;   // standard deviations of that help
+constexpr double kNoHelp = 0.01;       // of the validation's error; an effect worth less goes again
+constexpr int kRefits = 6;             // per round
+constexpr int kShort = 12;             // iterations of a refit
+constexpr int kLong = 60;              // iterations once accepted
+constexpr double kNearlyAsGood = 0.8;  // of the help: the record cannot tell the two apart
+constexpr double kPerParameter = 0.03;  // of the help, the price of each further parameter
+constexpr double kHopelessFit = 20.0;   // percent
+constexpr std::size_t kFewestSamples = 1000;
+constexpr double kHighestHarmonic = 100.0;  // 1/rad
+constexpr double kLinePower = 6.0;
+constexpr int kMostLines = 3;
+constexpr double kAgree = 0.5;  // of an effect's size, by which two records may differ
+
+/// One record, as every step needs it.
+struct Setting {
+  const Record& estimation;
+  const Record& validation;
+  const Propagation& propagation;
+};
+
+/// A model that was fitted to the estimation record and placed on the validation record.
+struct Fits {
+  FittedModel estimation;
+  FittedModel validation;
+
+  /// How much lower both errors are than before, as logarithms.
+  double help(const Fits& before) const {
+    const double sum = std::log(before.estimation.mse / estimation.mse) +
+                       std::log(before.validation.mse / validation.mse);
+    return std::isfinite(sum) ? sum : -kUnbounded;
+  }
+};
+
+struct Scored {
+  Trial trial;
+  Score score;
+};
+
+struct Refit {
+  Scored scored;
+  Fits fits;
+  double help;
+};
+
+Fits fits_from(const Model& model, const std::vector<double>& x0, const Setting& s,
+               int iterations) {
+  FittedModel estimation = fitted(model, x0, s.estimation, s.propagation, iterations);
+  FittedModel validation = placed(estimation.model, s.validation, s.propagation);
+  return {std::move(estimation), std::move(validation)};
+}
+
+std::vector<double> one_step_errors(const FittedModel& fit, const Record& record,
+                                    const Propagation& propagation) {
+  const Prediction p = predict_ahead(fit.model, fit.x0, record.samples, propagation, 1);
+  std::vector<double> e;
+  for (std::size_t k = 0; k < p.y.size(); ++k) e.push_back(record.samples[k].y - p.y[k]);
+  return e;
+}
+
+/// Harmonics of the motor's angle that stand out of the innovations; the first two in any case.
+std::vector<double> harmonics_of(const FittedModel& fit, const Setting& s) {
+  const std::vector<double> angle = motor_angle(s.estimation.samples);
+  const std::vector<double> e = one_step_errors(fit, s.estimation, s.propagation);
+  std::vector<double> harmonics{1.0, 2.0};
+  for (const SpectralLine& line :
+       lines_over_angle(angle, e, kHighestHarmonic, kLinePower, kMostLines))
+    harmonics.push_back(line.frequency);
+  for (const SpectralLine& line :
+       lines_over_angle(angle, fit.residual, kHighestHarmonic, kLinePower, kMostLines))
+    harmonics.push_back(line.frequency);
+  return harmonics;
+}
+
+/// The best trial of each effect, by what it would gain, corrected for the number of all trials.
+std::vector<Scored> best_trials(const Fits& now, const Setting& s) {
+  const std::vector<Trial> trials =
+      trials_for(now.estimation.model, harmonics_of(now.estimation, s));
+  const ScoreTest test(now.estimation, s.estimation.samples, s.propagation);
+  std::map<std::string, Scored> best;
+  for (const Trial& trial : trials) {
+    const Score score = test(trial);
+    const auto at = best.find(trial.effect);
+    if (at == best.end() || score.gain > at->second.score.gain)
+      best.insert_or_assign(trial.effect, Scored{trial, score});
+  }
+  std::vector<Scored> sorted;
+  for (auto& [effect, scored] : best) {
+    scored.score.p_value = std::min(1.0, scored.score.p_value * static_cast<double>(trials.size()));
+    sorted.push_back(std::move(scored));
+  }
+  std::ranges::sort(sorted, std::greater{}, [](const Scored& x) { return x.score.gain; });
+  return sorted;
+}
+
+/// The trial's model a step of that length from no effect.
+Model stepped(const Scored& scored, double length) {
+  Model model = scored.trial.model;
+  for (std::size_t i = 0; i < scored.trial.sizes.size(); ++i) {
+    Parameter& p = model.parameters[scored.trial.sizes[i]];
+    p.value = std::clamp(p.value + length * scored.score.sizes[i], p.lower, p.upper);
+  }
+  return model;
+}
+
+/// The model refitted with the effect in it; shorter steps where the first goes nowhere.
+Refit refitted(const Scored& scored, const Fits& now, const Setting& s) {
+  std::vector<double> x0 = extended(now.estimation.x0, scored.trial.model);
+  if (scored.trial.angle_state >= 0) x0[scored.trial.angle_state] = scored.score.angle;
+  std::optional<Refit> best;
+  for (const double length : {1.0, 0.25}) {
+    Fits fits = fits_from(stepped(scored, length), x0, s, kShort);
+    const double help = fits.help(now);
+    if (!best || help > best->help) best = Refit{scored, std::move(fits), help};
+    if (std::isfinite(best->fits.estimation.mse) && best->fits.estimation.mse < now.estimation.mse)
+      break;
+  }
+  return *best;
+}
+
+/// How surely the second residual is smaller than the first: the mean fall of its square over the
+/// standard deviation of that mean, whatever the colour.
+double sureness(const std::vector<double>& before, const std::vector<double>& after) {
+  std::vector<double> fall;
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    const double d = before[k] * before[k] - after[k] * after[k];
+    if (std::isfinite(d)) fall.push_back(d);
+  }
+  const auto n = static_cast<Eigen::Index>(fall.size());
+  Eigen::VectorXd d = Eigen::Map<const Eigen::VectorXd>(fall.data(), n);
+  const double mean = d.mean();
+  d.array() -= mean;
+  const JacobianMatrix ones = JacobianMatrix::Ones(n, 1);
+  const Eigen::MatrixXd variance =
+      coloured_covariance(ones, d, inverse_information(ones), {{0, n}}, 1);
+  return mean / std::sqrt(variance(0, 0));
+}
+
+/// Whether a fit to the validation record gives the effect about the same sizes.
+bool sizes_agree(const Refit& refit, const Setting& s) {
+  const FittedModel& here = refit.fits.estimation;
+  const FittedModel there =
+      fitted(here.model, refit.fits.validation.x0, s.validation, s.propagation, kShort);
+  const auto sd = [](const FittedModel& fit, int position) {
+    const auto at = std::ranges::find(fit.parameters, position, &ParameterEstimate::position);
+    return at == fit.parameters.end() ? 0.0 : at->coloured_sd;
+  };
+  double largest = 0.0;
+  bool agrees = false;
+  for (const int i : refit.scored.trial.sizes) {
+    const double a = here.model.parameters[i].value - refit.scored.trial.model.parameters[i].value;
+    const double b = there.model.parameters[i].value - refit.scored.trial.model.parameters[i].value;
+    // An effect of several sizes is judged by the one that matters most.
+    const double weight = std::abs(a) / refit.scored.trial.model.parameters[i].scale;
+    if (weight < largest) continue;
+    largest = weight;
+    agrees = std::abs(a - b) <=
+             std::max(kAgree * std::abs(a), 3.0 * std::hypot(sd(here, i), sd(there, i)));
+  }
+  return agrees;
+}
+
+bool helps(const Refit& refit, const Fits& now, const Setting& s) {
+  const double after = refit.fits.validation.mse;
+  const double before = now.validation.mse;
+  if (!(refit.fits.estimation.mse < now.estimation.mse)) return false;
+  if (!(after < (1.0 - kLeastHelp) * before)) return false;
+  return sureness(now.validation.residual, refit.fits.validation.residual) > kSurelyHelps &&
+         sizes_agree(refit, s);
+}
+
+/// The help less what its parameters cost: of two explanations alike the simpler one goes first.
+double merit(const Refit& refit, const Fits& now) {
+  const std::size_t more =
+      refit.fits.estimation.model.unknowns().size() - now.estimation.model.unknowns().size();
+  return refit.help * (1.0 - kPerParameter * (static_cast<double>(more) - 1.0));
+}
+
+/// The best refits, most merit first.
+std::vector<Refit> refits_of(const std::vector<Scored>& scored, const Fits& now, const Setting& s,
+                             const std::function<void(double)>& progress) {
+  std::vector<Refit> refits;
+  for (const Scored& candidate : scored) {
+    if (static_cast<int>(refits.size()) == kRefits) break;
+    if (candidate.score.p_value > kLevel || candidate.score.gain < kLeastGain * now.estimation.mse)
+      continue;
+    progress(static_cast<double>(refits.size()) / kRefits);
+    refits.push_back(refitted(candidate, now, s));
+  }
+  std::ranges::sort(refits, std::greater{}, [&](const Refit& r) { return merit(r, now); });
+  return refits;
+}
+
+void note_candidates(const std::vector<Scored>& scored, const std::vector<Refit>& refits,
+                     const Fits& now, int round, std::vector<Candidate>& candidates) {
+  for (const Scored& x : scored) {
+    Candidate candidate{x.trial.effect, round, 100.0 * x.score.gain / now.estimation.mse,
+                        x.score.statistic, x.score.p_value};
+    const auto at = std::ranges::find(refits, x.trial.effect,
+                                      [](const Refit& r) { return r.scored.trial.effect; });
+    if (at != refits.end()) {
+      candidate.refitted_estimation = at->fits.estimation.mse;
+      candidate.refitted_validation = at->fits.validation.mse;
+    }
+    candidates.push_back(candidate);
+  }
+}
+
+/// Families, other than the chosen one's, that helped nearly as much.
+std::vector<std::string> rivals(const Refit& chosen, const std::vector<Refit>& refits) {
+  std::vector<std::string> names;
+  for (const Refit& refit : refits) {
+    const std::string name = family_of(refit.scored.trial.effect);
+    if (name == family_of(chosen.scored.trial.effect)) continue;
+    if (refit.help < kNearlyAsGood * chosen.help) continue;
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  }
+  return names;
+}
+
+/// The model with one effect taken out: the rest as it is in `full`, and known what `base` knows.
+Model without(const Model& full, const Model& base, const std::string& effect,
+              const std::vector<FoundEffect>& effects) {
+  Model model = base;
+  for (const FoundEffect& other : effects)
+    if (other.effect != effect) model.add_effect(other.effect);
+  for (Parameter& p : model.parameters)
+    if (!p.known) p.value = full.parameter(p.name).value;
+  return model;
+}
+
+/// Initial states of `fewer`, by name, from those of `full`.
+std::vector<double> states_by_name(const Model& fewer, const Model& full,
+                                   const std::vector<double>& x0) {
+  std::vector<double> result;
+  for (const Coordinate& state : fewer.states) {
+    const auto at = std::ranges::find(full.states, state.name, &Coordinate::name);
+    result.push_back(x0[at - full.states.begin()]);
+  }
+  return result;
+}
+
+/// Takes out again what no longer helps.
+void remove_idle(Diagnosis& diagnosis, Fits& now, const Setting& s) {
+  for (std::size_t i = 0; diagnosis.effects.size() > 1 && i < diagnosis.effects.size();) {
+    const Model fewer = without(now.estimation.model, diagnosis.base.best.model,
+                                diagnosis.effects[i].effect, diagnosis.effects);
+    const Fits fits =
+        fits_from(fewer, states_by_name(fewer, now.estimation.model, now.estimation.x0), s, kLong);
+    if (fits.validation.mse > (1.0 + kNoHelp) * now.validation.mse) {
+      ++i;
+      continue;
+    }
+    now = fits;
+    diagnosis.effects.erase(diagnosis.effects.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+}
+
+Measures measures_of(const FittedModel& fit, const Record& record, const Propagation& propagation) {
+  const Prediction p = predict_ahead(fit.model, fit.x0, record.samples, propagation, 1);
+  std::vector<double> e;
+  double sum = 0.0;
+  double count = 0.0;
+  for (std::size_t k = 0; k < p.y.size(); ++k) {
+    e.push_back(record.samples[k].y - p.y[k]);
+    if (!std::isfinite(e.back())) continue;
+    sum += e.back() * e.back();
+    count += 1.0;
+  }
+  return {fit.fit_percent, fit.mse, std::sqrt(sum / count), p.log_likelihood, ljung_box_p(e)};
+}
+
+void check_records(const Record& estimation, const Record& validation) {
+  for (const Record* record : {&estimation, &validation})
+    if (record->samples.size() < kFewestSamples)
+      throw InputError(record->name, 0, "y",
+                       fmt::format("{} samples are too short for a diagnosis; it takes {}",
+                                   record->samples.size(), kFewestSamples));
+  const auto same = [](const Sample& a, const Sample& b) {
+    return a.u == b.u && (a.y == b.y || (std::isnan(a.y) && std::isnan(b.y)));
+  };
+  if (std::ranges::equal(estimation.samples, validation.samples, same))
+    throw InputError(validation.name, 0, "",
+                     "is the estimation record; validation needs data that was not fitted");
+}
+
+void check_fit(const FittedModel& fit, const Record& record, std::string_view what) {
+  if (fit.fit_percent < kHopelessFit || !std::isfinite(fit.mse))
+    throw InputError(record.name, 0, "y",
+                     fmt::format("{} explains {:.0f} % of it: another arm, or wrong columns?", what,
+                                 std::max(0.0, fit.fit_percent)));
+}
+
+}  // namespace
+
+std::string_view name_of(Verdict verdict) {
+  constexpr std::array<std::string_view, 3> kNames{"model sufficient", "effect found",
+                                                   "residual unexplained"};
+  return kNames[static_cast<int>(verdict)];
+}
+
+Diagnosis trace(const Model& model, const Record& estimation, const Record& validation,
+                const TraceSettings& settings, const TraceProgress& progress) {
+  const auto say = [&](std::string_view stage, double share) {
+    if (progress) progress(stage, share);
+  };
+  check_records(estimation, validation);
+  const Setting s{estimation, validation, settings.propagation};
+  Diagnosis diagnosis;
+  say("base fit", 0.0);
+  diagnosis.base = base_fit(model, estimation, settings.propagation);
+  check_fit(diagnosis.base.best, estimation, "the model, fitted to it,");
+  Fits now{diagnosis.base.best,
+           placed(diagnosis.base.best.model, validation, settings.propagation)};
+  check_fit(now.validation, validation, fmt::format("the model fitted to {}", estimation.name));
+  diagnosis.base_validation = now.validation;
+  for (int round = 1; round <= settings.most_effects; ++round) {
+    const double behind = static_cast<double>(round) / (settings.most_effects + 2);
+    say(fmt::format("round {}: scores", round), behind);
+    const std::vector<Scored> scored = best_trials(now, s);
+    const std::vector<Refit> refits = refits_of(scored, now, s, [&](double share) {
+      say(fmt::format("round {}: refits", round), behind + share / (settings.most_effects + 2));
+    });
+    note_candidates(scored, refits, now, round, diagnosis.candidates);
+    const auto chosen =
+        std::ranges::find_if(refits, [&](const Refit& refit) { return helps(refit, now, s); });
+    if (chosen == refits.end()) break;
+    const double before = now.validation.mse;
+    const Fits polished =
+        fits_from(chosen->fits.estimation.model, chosen->fits.estimation.x0, s, kLong);
+    now = polished.validation.mse < chosen->fits.validation.mse ? polished : chosen->fits;
+    const std::string& effect = chosen->scored.trial.effect;
+    diagnosis.effects.push_back({effect, chosen->scored.score.p_value,
+                                 100.0 * (1.0 - now.validation.mse / before),
+                                 rivals(*chosen, refits)});
+    for (Candidate& candidate : diagnosis.candidates)
+      if (candidate.effect == effect && candidate.round == round) candidate.accepted = true;
+  }
+  say("removal", 0.9);
+  remove_idle(diagnosis, now, s);
+  say("what is left", 0.95);
+  diagnosis.after = now.estimation;
+  diagnosis.after_validation = now.validation;
+  const Propagation& p = settings.propagation;
+  diagnosis.before_estimation = measures_of(diagnosis.base.best, estimation, p);
+  diagnosis.before_validation = measures_of(diagnosis.base_validation, validation, p);
+  diagnosis.after_estimation = measures_of(now.estimation, estimation, p);
+  diagnosis.after_validation_measures = measures_of(now.validation, validation, p);
+  diagnosis.unexplained =
+      portrait(now.estimation, estimation, one_step_errors(now.estimation, estimation, p),
+               settings.propagation);
+  if (!diagnosis.effects.empty()) {
+    diagnosis.verdict = Verdict::kFound;
+  } else if (!diagnosis.unexplained.empty()) {
+    diagnosis.verdict = Verdict::kUnexplained;
+  }
+  return diagnosis;
+}
+
+}  // namespace armukf

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "armukf/core/record.hpp"
+#include "armukf/diagnosis/base_fit.hpp"
+#include "armukf/model/model.hpp"
+#include "armukf/ode/propagate.hpp"
+
+namespace armukf {
+
+/// A model against a record, by simulation and one sample ahead.
+struct Measures {
+  double fit_percent = 0.0;     // of the simulation
+  double mse = 0.0;             // (rad/s)^2, of the simulation
+  double one_step_rmse = 0.0;   // rad/s
+  double log_likelihood = 0.0;  // of the innovations, with the noise that suits the model best
+  double ljung_box_p = 0.0;     // of the innovations
+};
+
+/// An effect by its score against the model of its round.
+struct Candidate {
+  std::string effect;
+  int round = 0;
+  double gain_percent = 0.0;  // of the mean squared error, by one linearised step
+  double statistic = 0.0;
+  double p_value = 1.0;              // corrected for the number of trials
+  double refitted_estimation = 0.0;  // (rad/s)^2, if it was refitted in full; else 0
+  double refitted_validation = 0.0;
+  bool accepted = false;
+};
+
+struct FoundEffect {
+  std::string effect;
+  double p_value = 1.0;                    // of its score
+  double mse_reduction_percent = 0.0;      // on the validation record, when it was added
+  std::vector<std::string> confused_with;  // families that explain nearly as much in its stead
+};
+
+enum class Verdict { kSufficient, kFound, kUnexplained };
+std::string_view name_of(Verdict verdict);
+
+/// What a model lacks, as far as two records of the arm tell.
+struct Diagnosis {
+  BaseFit base;
+  FittedModel after;  // on the estimation record
+  FittedModel base_validation;
+  FittedModel after_validation;
+  Measures before_estimation, before_validation, after_estimation, after_validation_measures;
+  std::vector<FoundEffect> effects;
+  std::vector<Candidate> candidates;  // the best of each effect in each round
+  Verdict verdict = Verdict::kSufficient;
+  std::vector<std::string> unexplained;  // what is left looks like this
+};
+
+struct TraceSettings {
+  Propagation propagation;
+  int most_effects = 5;
+};
+
+/// Told what is being done, and how much of the work is behind (0 to 1).
+using TraceProgress = std::function<void(std::string_view stage, double share)>;
+
+/// Finds what the model lacks: fits it to the estimation record, scores every effect of the
+/// catalogue, refits with the best few, and adds the one that helps most on both records, if it
+/// helps on the validation record by more than chance and its size agrees there; then again on top
+/// of it. At the end each effect found is tried for removal.
+///
+/// Throws InputError where a record is too short, excites too little, or is of another arm, and
+/// where both are the same.
+Diagnosis trace(const Model& model, const Record& estimation, const Record& validation,
+                const TraceSettings& settings, const TraceProgress& progress = {});
+
+}  // namespace armukf

@@ -1,0 +1,73 @@
+#include "armukf/diagnosis/trial.hpp"
+
+#include <cmath>
+
+namespace armukf {
+namespace {
+
+std::vector<double> values_of(const Grid& grid, double nominal,
+                              const std::vector<double>& harmonics) {
+  if (grid.periodic) return harmonics;
+  if (grid.points == 0) return {nominal};
+  std::vector<double> values;
+  for (int i = 0; i < grid.points; ++i) {
+    const double share = grid.points == 1 ? 0.0 : i / (grid.points - 1.0);
+    const bool ratios = grid.from > 0.0 && grid.to > 0.0;
+    values.push_back(ratios ? grid.from * std::pow(grid.to / grid.from, share)
+                            : grid.from + (grid.to - grid.from) * share);
+  }
+  return values;
+}
+
+/// Each trial with each value of that parameter.
+std::vector<Trial> crossed(const std::vector<Trial>& trials, int position, const Grid& grid,
+                           const std::vector<double>& harmonics) {
+  std::vector<Trial> all;
+  for (const Trial& trial : trials) {
+    for (const double value : values_of(grid, trial.model.parameters[position].value, harmonics)) {
+      Trial at = trial;
+      at.model.parameters[position].value = value;
+      if (grid.periodic) at.harmonic = value;
+      all.push_back(std::move(at));
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
+std::vector<Trial> trials_of(std::string_view effect, const Model& model,
+                             const std::vector<double>& harmonics) {
+  Trial first{std::string(effect), model, {}};
+  const std::vector<int> before = model.unknowns();
+  first.model.add_effect(effect);
+  const EffectSlot& slot = first.model.effects.back();
+  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (parameters[i].role == Role::kSize)
+      first.sizes.push_back(slot.first_parameter + static_cast<int>(i));
+  if (parameters.empty()) {  // it frees others: those are what it changes
+    for (const int i : first.model.unknowns())
+      if (model.parameters[i].known) first.sizes.push_back(i);
+    if (first.sizes.empty()) return {};
+  }
+  for (std::size_t i = model.states.size(); i < first.model.states.size(); ++i)
+    if (first.model.states[i].follows_motor_angle) first.angle_state = static_cast<int>(i);
+  std::vector<Trial> trials{first};
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (parameters[i].role == Role::kShape)
+      trials = crossed(trials, slot.first_parameter + static_cast<int>(i), parameters[i].grid,
+                       harmonics);
+  return trials;
+}
+
+std::vector<Trial> trials_for(const Model& model, const std::vector<double>& harmonics) {
+  std::vector<Trial> all;
+  for (const std::string_view effect : effect_names()) {
+    if (model.has_effect(effect)) continue;
+    for (Trial& trial : trials_of(effect, model, harmonics)) all.push_back(std::move(trial));
+  }
+  return all;
+}
+
+}  // namespace armukf

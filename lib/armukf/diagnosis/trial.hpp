@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "armukf/model/model.hpp"
+
+namespace armukf {
+
+/// A candidate at one point of its grid: the model with the effect in it, its sizes at 0 and its
+/// shape as the grid has it.
+struct Trial {
+  std::string effect;  // its name in the catalogue
+  Model model;
+  std::vector<int> sizes;  // positions of the parameters that make it larger than nothing
+  int angle_state = -1;    // of an effect that repeats with an angle: that angle's position
+  double harmonic = 1.0;   // 1/rad, how often
+};
+
+/// Every effect of the catalogue that the model does not have, over its grid; `harmonics` (1/rad)
+/// are those to be tried of effects that repeat with the motor's angle.
+std::vector<Trial> trials_for(const Model& model, const std::vector<double>& harmonics);
+
+/// Of one effect.
+std::vector<Trial> trials_of(std::string_view effect, const Model& model,
+                             const std::vector<double>& harmonics);
+
+}  // namespace armukf

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "armukf/diagnosis/trace.hpp"
+
+namespace armukf {
+
+/// All that a diagnosis ends with.
+struct DiagnosisSummary {
+  Diagnosis diagnosis;
+  std::string estimation;  // file
+  std::string validation;
+  double seconds = 0.0;
+};
+
+/// The summary as JSON, and as text for a person.
+nlohmann::ordered_json diagnosis_json(const DiagnosisSummary& summary);
+std::string diagnosis_text(const DiagnosisSummary& summary);
+
+}  // namespace armukf
