@@ -32,6 +32,7 @@ struct InnovationSums {
 
 /// The states of the arm alone, and those of any model.
 using ArmShape = FixedShape<kArmStates, 0>;
+using FewShape = BoundedShape<8, 8>;
 using AnyShape = BoundedShape<kMaxStates, kMaxStates>;
 
 /// Prior deviations of the initial states; they fade within a second.
@@ -245,6 +246,7 @@ Prediction predict_ahead(const Model& model, const std::vector<double>& x0,
   const Setting setting{model, x0, samples, propagation};
   const int states = static_cast<int>(model.states.size());
   if (states == kArmStates) return predict_ahead(setting, ArmShape{}, horizon);
+  if (states <= FewShape::kStates) return predict_ahead(setting, FewShape{states, states}, horizon);
   return predict_ahead(setting, AnyShape{states, states}, horizon);
 }
 

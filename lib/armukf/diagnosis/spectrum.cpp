@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <numbers>
 
 namespace armukf {
@@ -12,16 +11,35 @@ constexpr int kNeighbours = 25;       // lines to either side that tell a line's
 constexpr int kOversampling = 2;      // lines per resolution
 constexpr double kFewestTurns = 1.5;  // of a frequency in the range; less is no repetition
 
-/// sum e_k exp(-i w x_k), the finite ones.
-std::complex<double> transform(std::span<const double> x, std::span<const double> e, double w) {
-  double re = 0.0;
-  double im = 0.0;
+/// |sum e_k exp(-i w x_k)|^2 of the finite e at w = step, 2 step, ... last step, by turning each
+/// phasor on.
+std::vector<double> powers(std::span<const double> x, std::span<const double> e, double step,
+                           int last) {
+  std::vector<double> re;
+  std::vector<double> im;
+  std::vector<double> turn_re;
+  std::vector<double> turn_im;
   for (std::size_t k = 0; k < x.size(); ++k) {
     if (!std::isfinite(e[k])) continue;
-    re += e[k] * std::cos(w * x[k]);
-    im -= e[k] * std::sin(w * x[k]);
+    re.push_back(e[k]);
+    im.push_back(0.0);
+    turn_re.push_back(std::cos(step * x[k]));
+    turn_im.push_back(-std::sin(step * x[k]));
   }
-  return {re, im};
+  std::vector<double> power;
+  for (int i = 1; i <= last; ++i) {
+    double sum_re = 0.0;
+    double sum_im = 0.0;
+    for (std::size_t k = 0; k < re.size(); ++k) {
+      const double next = re[k] * turn_re[k] - im[k] * turn_im[k];
+      im[k] = re[k] * turn_im[k] + im[k] * turn_re[k];
+      re[k] = next;
+      sum_re += re[k];
+      sum_im += im[k];
+    }
+    power.push_back(sum_re * sum_re + sum_im * sum_im);
+  }
+  return power;
 }
 
 /// Lines at w = step, 2 step, ... up to `highest`.
@@ -34,10 +52,10 @@ std::vector<SpectralLine> lines(std::span<const double> x, std::span<const doubl
   const int first = static_cast<int>(std::ceil(kFewestTurns * kOversampling));
   const int last = static_cast<int>(highest / step);
   if (last <= first) return {};
-  std::vector<double> power;
+  std::vector<double> power = powers(x, e, step, last);
+  power.erase(power.begin(), power.begin() + (first - 1));
   const auto count =
       static_cast<double>(std::ranges::count_if(e, [](double v) { return std::isfinite(v); }));
-  for (int i = first; i <= last; ++i) power.push_back(std::norm(transform(x, e, i * step)));
   std::vector<SpectralLine> found;
   const int n = static_cast<int>(power.size());
   for (int i = 0; i < n; ++i) {

@@ -200,14 +200,25 @@ double merit(const Refit& refit, const Fits& now) {
   return refit.help * (1.0 - kPerParameter * (static_cast<double>(more) - 1.0));
 }
 
+/// Those worth a refit: half of them by what they gain, the others by how sure they are, since what
+/// gains most often has a single cause and hides another.
+std::vector<Scored> worth_refitting(const std::vector<Scored>& scored, const Fits& now) {
+  std::vector<Scored> promising;
+  for (const Scored& x : scored)
+    if (x.score.p_value < kLevel && x.score.gain > kLeastGain * now.estimation.mse)
+      promising.push_back(x);
+  if (promising.size() <= kRefits) return promising;
+  std::ranges::sort(promising.begin() + kRefits / 2, promising.end(), {},
+                    [](const Scored& x) { return x.score.p_value; });
+  promising.erase(promising.begin() + kRefits, promising.end());
+  return promising;
+}
+
 /// The best refits, most merit first.
 std::vector<Refit> refits_of(const std::vector<Scored>& scored, const Fits& now, const Setting& s,
                              const std::function<void(double)>& progress) {
   std::vector<Refit> refits;
-  for (const Scored& candidate : scored) {
-    if (static_cast<int>(refits.size()) == kRefits) break;
-    if (candidate.score.p_value > kLevel || candidate.score.gain < kLeastGain * now.estimation.mse)
-      continue;
+  for (const Scored& candidate : worth_refitting(scored, now)) {
     progress(static_cast<double>(refits.size()) / kRefits);
     refits.push_back(refitted(candidate, now, s));
   }
