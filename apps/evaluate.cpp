@@ -2,13 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "armukf/batch/segments.hpp"
+#include "armukf/core/error.hpp"
+#include "armukf/io/atomic_file.hpp"
 #include "armukf/io/csv_reader.hpp"
+#include "armukf/io/csv_writer.hpp"
 #include "armukf/io/fit_report.hpp"
 #include "commands.hpp"
 #include "initial_options.hpp"
@@ -24,6 +28,7 @@ constexpr const char* kSimulate = "inf";
 
 struct EvaluateOptions {
   std::vector<std::string> files;
+  std::string rows;  // file; empty: none
   std::string horizon = kSimulate;
   double initial_from = 0.0;  // 0: not given
   InitialOptions initial;
@@ -43,6 +48,19 @@ EvaluateSettings settings_of(const EvaluateOptions& o, const ModelFile& start) {
   return settings;
 }
 
+/// The record beside what the model says of it.
+void write_rows(const std::string& path, const Record& record, const std::vector<double>& y) {
+  AtomicFile file(path);
+  CsvWriter writer(file.descriptor(), file.name());
+  writer.row(std::array<std::string, 5>{"t", "u", "y", "y_hat", "residual"});
+  for (std::size_t k = 0; k < y.size(); ++k) {
+    const Sample& s = record.samples[k];
+    writer.row(std::array{s.t, s.u, s.y, y[k], s.y - y[k]});
+  }
+  writer.flush();
+  file.commit();
+}
+
 void evaluate(const EvaluateOptions& o) {
   const ModelFile start = chosen_model(o.model);
   const EvaluateSettings settings = settings_of(o, start);
@@ -51,6 +69,10 @@ void evaluate(const EvaluateOptions& o) {
   EvaluationSummary summary{start.model, o.horizon, split_at_gaps(records), {}};
   for (const Record& record : summary.records)
     summary.evaluations.push_back(armukf::evaluate(start.model, record.samples, settings));
+  if (!o.rows.empty()) {
+    if (summary.records.size() != 1) throw InputError("--rows: takes one record without a gap");
+    write_rows(o.rows, summary.records[0], summary.evaluations[0].fit.y);
+  }
   write_report(o.report, evaluation_text(summary), evaluation_json(summary));
 }
 
@@ -75,6 +97,10 @@ void add_evaluate(CLI::App& program) {
       .add_option("--initial-from", o->initial_from,
                   "find the initial states on this first part of the record, and keep them")
       ->check(number_above(0.0) & number_to(1.0));
+  command
+      .add_option("--rows", o->rows,
+                  "write t, u, y, y_hat (simulated or predicted) and residual, a row per sample")
+      ->type_name("FILE");
   add_initial_options(command, o->initial);
   add_model_options(command, o->model);
   add_report_options(command, o->report);
