@@ -1,0 +1,266 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "armukf/core/dual.hpp"
+#include "armukf/model/dynamics.hpp"
+#include "armukf/model/model.hpp"
+
+namespace armukf {
+namespace {
+
+/// The laws that every effect of the catalogue keeps, whatever it does.
+class EveryEffect : public testing::TestWithParam<std::string> {
+ protected:
+  EveryEffect() : model_(published_estimate()) { model_.add_effect(GetParam()); }
+
+  std::vector<EffectParameter> table() const { return parameters_of(model_.effects[0].effect); }
+  int first() const { return model_.effects[0].first_parameter; }
+
+  std::vector<double> values() const {
+    std::vector<double> p;
+    for (const Parameter& parameter : model_.parameters) p.push_back(parameter.value);
+    return p;
+  }
+
+  /// The same with every size at its typical value.
+  std::vector<double> sized() const {
+    std::vector<double> p = values();
+    const std::vector<EffectParameter> parameters = table();
+    for (std::size_t i = 0; i < parameters.size(); ++i)
+      if (parameters[i].role == Role::kSize) p[first() + i] = parameters[i].scale;
+    return p;
+  }
+
+  std::vector<double> random_states() {
+    std::normal_distribution<double> normal;
+    std::vector<double> x;
+    for (std::size_t i = 0; i < model_.states.size(); ++i)
+      x.push_back((i < 2 ? 0.2 : i < 5 ? 20.0 : 0.5) * normal(random_));
+    return x;
+  }
+
+  template <class T>
+  std::vector<T> derivative(const std::vector<double>& p, const std::vector<double>& x,
+                            double u) const {
+    std::vector<T> parameters;
+    std::vector<T> states;
+    for (const double v : p) parameters.push_back(T() + v);
+    for (const double v : x) states.push_back(T() + v);
+    std::vector<T> dx(x.size(), T());
+    Dynamics<T>(model_, parameters.data()).derivative(1.5, T() + u, states.data(), dx.data());
+    return dx;
+  }
+
+  double measured(const std::vector<double>& p, const std::vector<double>& x) const {
+    return Dynamics<double>(model_, p.data()).measured(1.5, 3.0, x.data());
+  }
+
+  Model model_;
+  std::mt19937_64 random_{1};
+};
+
+TEST_P(EveryEffect, OfSizeZeroIsNone) {
+  const Model bare = published_estimate();
+  for (int trial = 0; trial < 20; ++trial) {
+    const std::vector<double> x = random_states();
+    const std::vector<double> with = derivative<double>(values(), x, 3.0);
+    std::vector<double> without(kArmStates);
+    Dynamics<double>(bare, values().data()).derivative(1.5, 3.0, x.data(), without.data());
+    for (int i = 0; i < kArmStates; ++i)  // torques of some N.m, rounded, over 3e-3 kg.m^2
+      EXPECT_NEAR(with[i], without[i], 1e-11 * (1.0 + std::abs(without[i]))) << i;
+    EXPECT_DOUBLE_EQ(measured(values(), x), x[kSpeedMotor]);
+  }
+}
+
+TEST_P(EveryEffect, OfItsTypicalSizeDoesSomething) {
+  if (table().empty()) {
+    EXPECT_FALSE(model_.parameter("Fc").known);
+    return;
+  }
+  const std::vector<double> x = random_states();
+  const std::vector<double> with = derivative<double>(sized(), x, 3.0);
+  const std::vector<double> without = derivative<double>(values(), x, 3.0);
+  double change = std::abs(measured(sized(), x) - x[kSpeedMotor]);
+  for (int i = kSpeedMotor; i < kArmStates; ++i) change += std::abs(with[i] - without[i]);
+  EXPECT_GT(change, 1e-3);
+}
+
+TEST_P(EveryEffect, TellsUnitsBoundsAndUniqueNames) {
+  std::set<std::string> names;
+  for (const Parameter& p : model_.parameters) EXPECT_TRUE(names.insert(p.name).second) << p.name;
+  for (const Coordinate& s : model_.states) {
+    EXPECT_TRUE(names.insert(s.name).second) << s.name;
+    EXPECT_FALSE(s.unit.empty()) << s.name;
+  }
+  for (const EffectParameter& p : table()) {
+    EXPECT_FALSE(p.unit.empty()) << p.name;
+    EXPECT_LT(p.lower, p.upper) << p.name;
+    EXPECT_GE(p.nominal, p.lower) << p.name;
+    EXPECT_LE(p.nominal, p.upper) << p.name;
+    EXPECT_GT(p.scale, 0.0) << p.name;
+    if (p.role == Role::kSize) {
+      EXPECT_EQ(p.nominal, 0.0) << p.name;
+    }
+    if (p.grid.points > 0) {
+      EXPECT_GE(p.grid.from, p.lower) << p.name;
+      EXPECT_LE(p.grid.to, p.upper) << p.name;
+    }
+  }
+  EXPECT_NO_THROW(model_.check());
+}
+
+TEST_P(EveryEffect, IsTheSameForEveryKindOfNumber) {
+  for (int trial = 0; trial < 5; ++trial) {
+    const std::vector<double> x = random_states();
+    const std::vector<double> plain = derivative<double>(sized(), x, 3.0);
+    const std::vector<Pack> packs = derivative<Pack>(sized(), x, 3.0);
+    const std::vector<Dual<8>> duals = derivative<Dual<8>>(sized(), x, 3.0);
+    for (std::size_t i = 0; i < plain.size(); ++i) {
+      const double tolerance = 1e-11 * (1.0 + std::abs(plain[i]));  // a few roundings
+      EXPECT_NEAR(packs[i][kPackWidth - 1], plain[i], tolerance) << i;
+      EXPECT_NEAR(duals[i].value, plain[i], tolerance) << i;
+    }
+  }
+}
+
+TEST_P(EveryEffect, IsSlowEnoughForTheUsualStep) {
+  // Runge-Kutta of fourth order over 0.5 ms is stable to rates of 2.78 / 0.5 ms.
+  constexpr double kFastest = 2.78 / 5e-4;  // 1/s
+  const std::vector<double> p = values();
+  const std::vector<double> x = random_states();
+  const std::vector<double> at = derivative<double>(p, x, 3.0);
+  for (std::size_t i = kArmStates; i < x.size(); ++i) {
+    std::vector<double> moved = x;
+    moved[i] += 1e-4;
+    EXPECT_LT(std::abs(derivative<double>(p, moved, 3.0)[i] - at[i]) / 1e-4, kFastest)
+        << model_.states[i].name;
+  }
+}
+
+std::vector<std::string> all_effects() {
+  std::vector<std::string> names;
+  for (const std::string_view name : effect_names()) names.emplace_back(name);
+  return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalogue, EveryEffect, testing::ValuesIn(all_effects()),
+                         [](const auto& test) { return test.param; });
+
+/// Effects that can only take energy from the arm: rub, or damp.
+class DissipativeEffect : public EveryEffect {};
+
+TEST_P(DissipativeEffect, NeverFeedsEnergy) {
+  for (int trial = 0; trial < 200; ++trial) {
+    std::vector<double> x = random_states();
+    std::fill(x.begin() + kArmStates, x.end(), 0.0);
+    const std::vector<double> p = sized();
+    const std::vector<double> with = derivative<double>(p, x, 0.0);
+    const std::vector<double> without = derivative<double>(values(), x, 0.0);
+    const Coefficients<double> c(p.data());
+    const double power =
+        (with[kSpeedMotor] - without[kSpeedMotor]) / c.motor_mobility * x[kSpeedMotor] +
+        (with[kSpeedGear] - without[kSpeedGear]) / c.gear_mobility * x[kSpeedGear] +
+        (with[kSpeedArm] - without[kSpeedArm]) / c.arm_mobility * x[kSpeedArm];
+    EXPECT_LE(power, 1e-9) << trial;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalogue, DissipativeEffect,
+                         testing::Values("gear_friction", "arm_friction", "load_dependent_friction",
+                                         "thermal_friction", "gear_damping_quadratic"),
+                         [](const auto& test) { return test.param; });
+
+/// Effects that act between two masses.
+class InnerEffect : public EveryEffect {};
+
+TEST_P(InnerEffect, KeepsMomentum) {
+  for (int trial = 0; trial < 20; ++trial) {
+    const std::vector<double> x = random_states();
+    const std::vector<double> p = sized();
+    const std::vector<double> with = derivative<double>(p, x, 0.0);
+    const std::vector<double> without = derivative<double>(values(), x, 0.0);
+    const Coefficients<double> c(p.data());
+    const double torque = (with[kSpeedMotor] - without[kSpeedMotor]) / c.motor_mobility +
+                          (with[kSpeedGear] - without[kSpeedGear]) / c.gear_mobility +
+                          (with[kSpeedArm] - without[kSpeedArm]) / c.arm_mobility;
+    EXPECT_NEAR(torque, 0.0, 1e-10);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalogue, InnerEffect,
+                         testing::Values("backlash", "gear_hysteresis", "gear_damping_quadratic",
+                                         "arm_stiffness_cubic"),
+                         [](const auto& test) { return test.param; });
+
+TEST(Bristle, TakesEnergyInEveryCycle) {
+  for (const std::string name : {"gear_hysteresis", "presliding_friction"}) {
+    double z = 0.0;
+    double work = 0.0;
+    const double dt = 1e-4;
+    for (int k = 0; k < 20000; ++k) {  // two cycles; the first is there to forget the beginning
+      const double v = 2.0 * std::cos(2.0 * 3.14159265358979 * k * dt);
+      z += dt * effects::bristle_rate(v, z, 0.05);
+      if (k >= 10000) work += z * v * dt;
+      EXPECT_LE(std::abs(z), 1.0 + 1e-3) << name;
+    }
+    EXPECT_GT(work, 0.0) << name;
+  }
+}
+
+TEST(FlexibleMode, LeavesTheWholeInertiaAsItIs) {
+  // All masses and the mode at one acceleration: the torques that this takes add up to J a.
+  for (const char* site : {"motor", "gear", "arm"}) {
+    Model model = published_estimate();
+    model.add_effect(std::string("flexible_mode_") + site);
+    model.parameter(std::string("mode_") + site + "_share").value = 0.3;
+    std::vector<double> p;
+    for (const Parameter& parameter : model.parameters) p.push_back(parameter.value);
+    const std::vector<double> x{0.1, 0.05, 3.0, 2.0, 1.0, 0.01, 2.5};
+    std::vector<double> dx(x.size());
+    Dynamics<double>(model, p.data()).derivative(0.0, 4.0, x.data(), dx.data());
+    const Coefficients<double> c(p.data());
+    const double share = 0.3;
+    const auto part = [&](const char* which) { return site == std::string(which) ? share : 0.0; };
+    const double momentum_rate =
+        (1.0 - part("motor")) * dx[kSpeedMotor] / c.motor_mobility +
+        (1.0 - part("gear")) * dx[kSpeedGear] / c.gear_mobility +
+        (1.0 - part("arm")) * dx[kSpeedArm] / c.arm_mobility +
+        dx[6] * (part("motor") / c.motor_mobility + part("gear") / c.gear_mobility +
+                 part("arm") / c.arm_mobility);
+    EXPECT_NEAR(momentum_rate, 4.0 - friction(c, x[kSpeedMotor]), 1e-10) << site;
+  }
+}
+
+TEST(Lags, HoldTheirTimeConstantAgainstASlowRamp) {
+  // Behind a ramp of 1 N.m/s the drive is late by its time constant, the delay by itself.
+  for (const auto& [name, parameter] :
+       {std::pair{"drive_lag", "drive_lag_time"}, std::pair{"input_delay", "input_delay"}}) {
+    Model model = published_estimate();
+    model.add_effect(name);
+    model.parameter(parameter).value = 4e-3;
+    std::vector<double> p;
+    for (const Parameter& q : model.parameters) p.push_back(q.value);
+    const Dynamics<double> dynamics(model, p.data());
+    const Dynamics<double> bare(published_estimate(), p.data());
+    std::vector<double> x(model.states.size(), 0.0);
+    std::vector<double> dx(x.size());
+    const double dt = 1e-5;
+    double u = 0.0;
+    for (int k = 0; k < 20000; ++k) {
+      u = k * dt;
+      dynamics.derivative(u, u, x.data(), dx.data());
+      for (std::size_t i = kArmStates; i < x.size(); ++i) x[i] += dt * dx[i];
+    }
+    const Coefficients<double> c(p.data());
+    EXPECT_NEAR(dx[kSpeedMotor] / c.motor_mobility, u - 4e-3, 2e-5) << name;
+  }
+}
+
+}  // namespace
+}  // namespace armukf
