@@ -1,10 +1,17 @@
+#include <fmt/format.h>
+
 #include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "armukf/batch/simulation.hpp"
+#include "armukf/diagnosis/effect_torque.hpp"
+#include "armukf/diagnosis/spectrum.hpp"
 #include "armukf/diagnosis/trace.hpp"
+#include "armukf/io/atomic_file.hpp"
 #include "armukf/io/csv_reader.hpp"
+#include "armukf/io/csv_writer.hpp"
 #include "armukf/io/diagnosis_report.hpp"
 #include "commands.hpp"
 #include "model_options.hpp"
@@ -22,6 +29,7 @@ struct DiagnoseOptions {
   std::string input;
   std::string validation;
   std::string save;
+  std::string rows;  // file; empty: none
   TraceSettings settings;
   ModelOptions model;
   ReportOptions report;
@@ -37,6 +45,34 @@ std::pair<Record, Record> split(Record record) {
   record.samples.erase(record.samples.begin() + kept, record.samples.end());
   record.name += " (first 70 %)";
   return {std::move(record), std::move(last)};
+}
+
+/// The validation record beside both models, and what the effects do in it.
+void write_rows(const std::string& path, const Record& record, const Diagnosis& diagnosis,
+                const Propagation& propagation) {
+  const FittedModel& after = diagnosis.after_validation;
+  const std::vector<EffectTorque> torques = effect_torques(after, record, propagation);
+  const std::vector<double> angle = motor_angle(record.samples);
+  AtomicFile file(path);
+  CsvWriter writer(file.descriptor(), file.name());
+  std::vector<std::string> header{"t",          "u", "y", "residual_before", "residual_after",
+                                  "motor_angle"};
+  for (int i = 0; i < kArmStates; ++i) header.push_back(after.model.states[i].name);
+  for (const EffectTorque& torque : torques)
+    header.push_back(fmt::format("{}_torque_at_{}", torque.effect, torque.mass));
+  writer.row(header);
+  const auto states = simulate_states(after.model, after.x0, record.samples, propagation);
+  for (std::size_t k = 0; k < record.samples.size(); ++k) {
+    const Sample& s = record.samples[k];
+    for (const double value :
+         {s.t, s.u, s.y, diagnosis.base_validation.residual[k], after.residual[k], angle[k]})
+      writer.cell(value);
+    for (int i = 0; i < kArmStates; ++i) writer.cell(states[k][i]);
+    for (const EffectTorque& torque : torques) writer.cell(torque.values[k]);
+    writer.end_row();
+  }
+  writer.flush();
+  file.commit();
 }
 
 void diagnose(DiagnoseOptions& o) {
@@ -61,6 +97,7 @@ void diagnose(DiagnoseOptions& o) {
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   summary.seconds = taken.count();
   write_report(o.report, diagnosis_text(summary), diagnosis_json(summary));
+  if (!o.rows.empty()) write_rows(o.rows, validation, summary.diagnosis, o.settings.propagation);
   if (!o.save.empty()) write_model_file(o.save, {summary.diagnosis.after.model, start.settings});
 }
 
@@ -82,6 +119,12 @@ void add_diagnose(CLI::App& program) {
   command.add_option("--most-effects", o->settings.most_effects, "rounds, an effect each, at most")
       ->check(whole_number(1, kMostEffects));
   command.add_option("--save", o->save, "write the completed model, as TOML");
+  command
+      .add_option(
+          "--rows", o->rows,
+          "write the validation record with the residuals before and after, and the torque\n"
+          "of each effect found; what scripts/report.py draws")
+      ->type_name("FILE");
   add_model_options(command, o->model);
   add_report_options(command, o->report);
   add_columns_option(command, o->columns);

@@ -12,7 +12,8 @@ namespace armukf {
 namespace {
 
 TEST_F(Program, HelpAndVersionEndWellForTheProgramAndItsCommands) {
-  for (const char* command : {"", "estimate", "simulate", "fit", "evaluate", "compare"}) {
+  for (const char* command :
+       {"", "estimate", "simulate", "fit", "evaluate", "compare", "diagnose"}) {
     const Outcome help = run(fmt::format("{} --help", command));
     EXPECT_EQ(help.status, 0) << command;
     EXPECT_NE(help.output.find("--version"), std::string::npos) << command;

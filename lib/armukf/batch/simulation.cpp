@@ -134,6 +134,18 @@ std::vector<double> simulate(const Model& model, const std::vector<double>& x0,
   return y;
 }
 
+std::vector<std::vector<double>> simulate_states(const Model& model, const std::vector<double>& x0,
+                                                 const std::vector<Sample>& samples,
+                                                 const Propagation& propagation) {
+  std::vector<std::vector<double>> all(samples.size(),
+                                       std::vector<double>(model.states.size(), kNaN));
+  visit_states(model, values_of(model), x0, samples, propagation, recorded_input<double>(samples),
+               [&](std::size_t k, const auto& states, double /*speed*/) {
+                 std::copy_n(states.begin(), model.states.size(), all[k].begin());
+               });
+  return all;
+}
+
 Sensitivities sensitivities(const Model& model, const std::vector<double>& x0,
                             const std::vector<Sample>& samples, const Propagation& propagation,
                             const Directions& directions) {

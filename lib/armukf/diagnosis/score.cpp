@@ -98,9 +98,9 @@ Score ScoreTest::score_of(Eigen::MatrixXd S, const std::vector<bool>& positive) 
     if (b[j] != 0.0) used.push_back(j);
   if (used.empty()) return score;
   const JacobianMatrix J = S(Eigen::all, used);
-  const Eigen::MatrixXd covariance =
-      coloured_covariance(J, residual_, inverse_information(J), {{0, J.rows()}},
-                          static_cast<Eigen::Index>(used.size()));
+  // The colour is that of what the step leaves: a large effect would hide behind its own residual.
+  const Eigen::MatrixXd covariance = coloured_covariance(
+      J, left, inverse_information(J), {{0, J.rows()}}, static_cast<Eigen::Index>(used.size()));
   const Eigen::VectorXd step = b(used);
   score.statistic = step.dot(covariance.ldlt().solve(step));
   score.freedom = static_cast<int>(used.size());

@@ -41,7 +41,7 @@ class ScoreTest {
 
   const FittedModel& base_;
   const std::vector<Sample>& samples_;
-  const Propagation& propagation_;
+  Propagation propagation_;
   std::vector<Eigen::Index> measured_;  // samples that count
   Eigen::MatrixXd explained_;           // orthonormal columns: what the base model can explain
   Eigen::VectorXd residual_;            // at the measured samples, projected
