@@ -90,7 +90,8 @@ Score ScoreTest::score_of(Eigen::MatrixXd S, const std::vector<bool>& positive) 
   for (Eigen::Index j = 0; j < S.cols(); ++j)
     if (!(S.col(j).norm() > kNothingLeft * lengths[j])) return score;
   const Eigen::VectorXd b = bounded_solution(S, residual_, positive);
-  const Eigen::VectorXd left = residual_ - S * b;
+  score.change = S * b;
+  const Eigen::VectorXd left = residual_ - score.change;
   score.gain =
       (residual_.squaredNorm() - left.squaredNorm()) / static_cast<double>(residual_.size());
   std::vector<int> used;

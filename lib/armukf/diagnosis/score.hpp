@@ -17,6 +17,7 @@ struct Score {
   double statistic = 0.0;     // chi-square with `freedom` degrees if there is no such effect,
   int freedom = 0;            // whatever the residual's colour
   double p_value = 1.0;       // of the statistic, for this trial alone
+  Eigen::VectorXd change;     // rad/s, of the residual by that step, at the measured samples
 };
 
 /// Score (Lagrange multiplier) tests against a fitted model, without refitting: the residual on

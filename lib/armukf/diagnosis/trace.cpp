@@ -24,7 +24,9 @@ constexpr double kLeastGain = 0.005;   // of the mean squared error, for a refit
 constexpr double kLeastHelp = 0.02;    // of the validation's mean squared error, to be accepted
 constexpr double kSurelyHelps = 3.0;   // standard deviations of that help
 constexpr double kNoHelp = 0.01;       // of the validation's error; an effect worth less goes again
-constexpr int kRefits = 6;             // per round
+constexpr int kRefits = 7;             // per round
+constexpr double kAlike = 0.8;         // cosine between two changes of the residual
+constexpr int kTwins = 3;              // refitted although they do the same as one chosen before
 constexpr int kShort = 12;             // iterations of a refit
 constexpr int kLong = 60;              // iterations once accepted
 constexpr double kNearlyAsGood = 0.8;  // of the help: the record cannot tell the two apart
@@ -200,18 +202,23 @@ double merit(const Refit& refit, const Fits& now) {
   return refit.help * (1.0 - kPerParameter * (static_cast<double>(more) - 1.0));
 }
 
-/// Those worth a refit: half of them by what they gain, the others by how sure they are, since what
-/// gains most often has a single cause and hides another.
+/// Whether two scores would change the residual in much the same way.
+bool alike(const Score& a, const Score& b) {
+  return std::abs(a.change.dot(b.change)) > kAlike * a.change.norm() * b.change.norm();
+}
+
+/// Those worth a refit, by what they gain; of those that do much the same only a few, since what
+/// gains most would else hide all other causes.
 std::vector<Scored> worth_refitting(const std::vector<Scored>& scored, const Fits& now) {
-  std::vector<Scored> promising;
-  for (const Scored& x : scored)
-    if (x.score.p_value < kLevel && x.score.gain > kLeastGain * now.estimation.mse)
-      promising.push_back(x);
-  if (promising.size() <= kRefits) return promising;
-  std::ranges::sort(promising.begin() + kRefits / 2, promising.end(), {},
-                    [](const Scored& x) { return x.score.p_value; });
-  promising.erase(promising.begin() + kRefits, promising.end());
-  return promising;
+  std::vector<Scored> chosen;
+  for (const Scored& x : scored) {
+    if (static_cast<int>(chosen.size()) == kRefits) break;
+    if (x.score.p_value > kLevel || x.score.gain < kLeastGain * now.estimation.mse) continue;
+    const auto twins = std::ranges::count_if(
+        chosen, [&](const Scored& other) { return alike(x.score, other.score); });
+    if (twins < kTwins) chosen.push_back(x);
+  }
+  return chosen;
 }
 
 /// The best refits, most merit first.
