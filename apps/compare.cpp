@@ -1,17 +1,15 @@
-#include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "armukf/batch/identify.hpp"
-#include "armukf/batch/segments.hpp"
 #include "armukf/io/compare_report.hpp"
 #include "armukf/io/csv_reader.hpp"
 #include "commands.hpp"
+#include "estimates.hpp"
 #include "initial_options.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"
-#include "recursion.hpp"
 #include "report_options.hpp"
 #include "start_options.hpp"
 
@@ -32,17 +30,6 @@ struct CompareOptions {
   Columns columns;
 };
 
-FitSummary batch_estimate(const ModelFile& start, const Record& record,
-                          const IdentifySettings& settings) {
-  const auto begin = std::chrono::steady_clock::now();
-  FitSummary summary;
-  summary.records = split_at_gaps({record});
-  summary.identification = identify(start.model, summary.records, settings);
-  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
-  summary.seconds = taken.count();
-  return summary;
-}
-
 void compare(CompareOptions& o) {
   ModelFile start = chosen_model(o.model);
   choose_filter(start.settings, o.filter);
@@ -51,7 +38,7 @@ void compare(CompareOptions& o) {
   const Record record = read_record(o.input, o.columns);
   const std::string start_text = find_start(o.start, o.model, record, o.columns, start);
   const Comparison found{recursive_estimate(start, record.samples, o.passes),
-                         batch_estimate(start, record, o.settings)};
+                         batch_estimate(start, {record}, o.settings)};
   const Model truth = o.truth.empty() ? Model{} : read_model_file(o.truth).model;
   write_report(o.report, start_text + compare_text(found, o.truth.empty() ? nullptr : &truth),
                compare_json(found));

@@ -98,7 +98,8 @@ void diagnose(DiagnoseOptions& o) {
   summary.seconds = taken.count();
   write_report(o.report, diagnosis_text(summary), diagnosis_json(summary));
   if (!o.rows.empty()) write_rows(o.rows, validation, summary.diagnosis, o.settings.propagation);
-  if (!o.save.empty()) write_model_file(o.save, {summary.diagnosis.after.model, start.settings});
+  if (!o.save.empty())
+    write_model_file(o.save, {with_fitted_spreads(summary.diagnosis.after), start.settings});
 }
 
 }  // namespace

@@ -14,10 +14,10 @@
 #include "armukf/online/session.hpp"
 #include "armukf/online/tally.hpp"
 #include "commands.hpp"
+#include "estimates.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"
 #include "progress.hpp"
-#include "recursion.hpp"
 #include "report_options.hpp"
 #include "start_options.hpp"
 

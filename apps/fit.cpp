@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "armukf/batch/identify.hpp"
-#include "armukf/batch/segments.hpp"
 #include "armukf/io/csv_reader.hpp"
 #include "armukf/io/fit_report.hpp"
 #include "commands.hpp"
+#include "estimates.hpp"
 #include "initial_options.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"
@@ -39,9 +39,7 @@ void fit(FitOptions& o) {
   std::vector<Record> records;
   for (const std::string& file : o.files) records.push_back(read_record(file, o.columns));
   const std::string found = find_start(o.start, o.model, records.front(), o.columns, start);
-  FitSummary summary;
-  summary.records = split_at_gaps(records);
-  summary.identification = identify(start.model, summary.records, o.settings);
+  FitSummary summary = batch_estimate(start, records, o.settings);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   summary.seconds = taken.count();
   write_report(o.report, found + fit_text(summary), fit_json(summary));

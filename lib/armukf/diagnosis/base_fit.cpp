@@ -13,6 +13,8 @@ constexpr int kIterations = 100;
 constexpr double kSameMinimum = 0.01;  // of the mean squared error
 constexpr double kMostTwist = 1.0;     // rad; no joint is wound further when a record begins
 constexpr int kPhases = 16;            // of an angle's period
+constexpr double kSpreadSds = 3.0;     // deviations that a record of another day may be off
+constexpr double kLeastSpread = 0.01;  // relative
 constexpr double kSoft = 0.5;          // of the arm's stiffness and of the dampings
 
 InitialChoice all_from(const Model& model, const std::vector<double>& x0) {
@@ -92,6 +94,17 @@ FittedModel fitted(const Model& model, const std::vector<double>& x0, const Reco
   FittedModel result = from_fit(found.model, found.experiments[0], record);
   result.parameters = found.parameters;
   return result;
+}
+
+Model with_fitted_spreads(const FittedModel& fit) {
+  Model model = fit.model;
+  for (const ParameterEstimate& estimate : fit.parameters) {
+    if (estimate.position < kArmParameters) continue;
+    Parameter& p = model.parameters[estimate.position];
+    const double relative = kSpreadSds * estimate.coloured_sd / std::max(std::abs(p.value), 1e-12);
+    p.spread = std::isfinite(relative) ? std::clamp(relative, kLeastSpread, p.spread) : p.spread;
+  }
+  return model;
 }
 
 FittedModel placed(const Model& model, const Record& record, const Propagation& propagation) {

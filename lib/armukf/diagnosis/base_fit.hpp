@@ -31,6 +31,10 @@ FittedModel fitted(const Model& model, const std::vector<double>& x0, const Reco
 /// harmonic.
 double harmonic_of(const Model& model, const EffectSlot& slot);
 
+/// The model for a filter to go on with: the prior spread of its effects' parameters is what the
+/// fit leaves open, so that a filter does not search again for what is known.
+Model with_fitted_spreads(const FittedModel& fit);
+
 /// The model as it is against another record: only the initial states are fitted. Angles whose zero
 /// no record tells are first looked for over their whole period.
 FittedModel placed(const Model& model, const Record& record, const Propagation& propagation);

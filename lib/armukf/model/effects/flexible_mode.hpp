@@ -10,7 +10,7 @@ namespace armukf::effects {
 enum class Site { kMotor, kGear, kArm };
 
 /// What the parameters and states of a flexible mode are called, by its site.
-template <Site site>
+template <Site Place>
 struct ModeNames;
 template <>
 struct ModeNames<Site::kMotor> {
@@ -49,9 +49,9 @@ struct ModeNames<Site::kArm> {
 /// against the rest and for the part. The mass's whole inertia stays what it is.
 /// Source: S. Moberg, J. Ohr, S. Gunnarsson, "A benchmark problem for robust control of a
 /// multivariable nonlinear flexible manipulator", IFAC World Congress, 2008.
-template <Site site>
+template <Site Place>
 struct FlexibleMode {
-  using Names = ModeNames<site>;
+  using Names = ModeNames<Place>;
   static constexpr std::string_view name = Names::effect;
   static constexpr std::array parameters{
       EffectParameter{Names::share, "-", 0.0, 0.0, 0.95, 0.05},
@@ -63,10 +63,10 @@ struct FlexibleMode {
 
   template <class T>
   static Contribution<T> contribute(const Motion<T>& motion, const T* x, const T* p) {
-    if constexpr (site == Site::kMotor) {
+    if constexpr (Place == Site::kMotor) {
       const T torque = (p[0] / motion.arm.motor_mobility) * acceleration(motion, x, p);
       return {.motor_torque = -torque, .motor_inertia = -p[0]};
-    } else if constexpr (site == Site::kGear) {
+    } else if constexpr (Place == Site::kGear) {
       const T torque = (p[0] / motion.arm.gear_mobility) * acceleration(motion, x, p);
       return {.gear_torque = -torque, .gear_inertia = -p[0]};
     } else {
@@ -84,8 +84,8 @@ struct FlexibleMode {
  private:
   template <class T>
   static const T& speed(const Motion<T>& motion) {
-    if constexpr (site == Site::kMotor) return motion.speed_motor();
-    if constexpr (site == Site::kGear) return motion.speed_gear();
+    if constexpr (Place == Site::kMotor) return motion.speed_motor();
+    if constexpr (Place == Site::kGear) return motion.speed_gear();
     return motion.speed_arm();
   }
 

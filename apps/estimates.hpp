@@ -3,8 +3,10 @@
 #include <string>
 #include <vector>
 
+#include "armukf/batch/identify.hpp"
 #include "armukf/core/record.hpp"
 #include "armukf/io/estimate_report.hpp"
+#include "armukf/io/fit_report.hpp"
 #include "armukf/io/model_file.hpp"
 #include "armukf/online/session.hpp"
 #include "armukf/online/tally.hpp"
@@ -21,5 +23,9 @@ void add_simulation(EstimateSummary& summary, const std::vector<Sample>& samples
 
 /// The recursive estimate of a record held in memory, `passes` times over.
 EstimateSummary recursive_estimate(ModelFile start, const std::vector<Sample>& samples, int passes);
+
+/// The batch estimate of records, each piece between gaps an experiment of its own.
+FitSummary batch_estimate(const ModelFile& start, const std::vector<Record>& records,
+                          const IdentifySettings& settings);
 
 }  // namespace armukf::apps

@@ -1,8 +1,9 @@
-#include "recursion.hpp"
+#include "estimates.hpp"
 
 #include <chrono>
 
 #include "armukf/batch/initial_states.hpp"
+#include "armukf/batch/segments.hpp"
 
 namespace armukf::apps {
 
@@ -39,6 +40,17 @@ EstimateSummary recursive_estimate(ModelFile start, const std::vector<Sample>& s
     start.model = summary.model;
   }
   add_simulation(summary, samples, start.settings.propagation);
+  return summary;
+}
+
+FitSummary batch_estimate(const ModelFile& start, const std::vector<Record>& records,
+                          const IdentifySettings& settings) {
+  const auto begin = std::chrono::steady_clock::now();
+  FitSummary summary;
+  summary.records = split_at_gaps(records);
+  summary.identification = identify(start.model, summary.records, settings);
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+  summary.seconds = taken.count();
   return summary;
 }
 
