@@ -36,15 +36,15 @@ struct DiagnoseOptions {
   Columns columns;
 };
 
-/// The record without its last part, and that part.
-std::pair<Record, Record> split(Record record) {
+/// Takes the last part off the record, and returns it.
+Record cut_off_last(Record& record) {
   const auto kept = static_cast<std::ptrdiff_t>((1.0 - kValidationShare) *
                                                 static_cast<double>(record.samples.size()));
   Record last{record.name + " (last 30 %)", {}};
   last.samples.assign(record.samples.begin() + kept, record.samples.end());
   record.samples.erase(record.samples.begin() + kept, record.samples.end());
   record.name += " (first 70 %)";
-  return {std::move(record), std::move(last)};
+  return last;
 }
 
 /// The validation record beside both models, and what the effects do in it.
@@ -82,7 +82,7 @@ void diagnose(DiagnoseOptions& o) {
   Record estimation = read_record(o.input, o.columns);
   Record validation;
   if (o.validation.empty()) {
-    std::tie(estimation, validation) = split(std::move(estimation));
+    validation = cut_off_last(estimation);
   } else {
     validation = read_record(o.validation, o.columns);
   }

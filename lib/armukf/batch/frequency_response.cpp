@@ -23,10 +23,10 @@ constexpr double kBandRatio = 1.26;     // a third of an octave
 /// resonance one of the two is small, at the end of the excitation both.
 constexpr double kSmallPower = 0.03;
 
-/// The arm about rest: x' = A x + b u.
+/// The arm about rest: x' = system x + input u.
 struct Linear {
-  Square A;
-  Column b;
+  Square system;
+  Column input;
 };
 
 Linear about_rest(const Model& model) {
@@ -41,8 +41,8 @@ Linear about_rest(const Model& model) {
   derivative(Coefficients<Number>(p.data()), x.data(), u, dx.data());
   Linear linear;
   for (int i = 0; i < kArmStates; ++i) {
-    for (int j = 0; j < kArmStates; ++j) linear.A(i, j) = dx[i].gradient[j];
-    linear.b[i] = dx[i].gradient[kArmStates];
+    for (int j = 0; j < kArmStates; ++j) linear.system(i, j) = dx[i].gradient[j];
+    linear.input[i] = dx[i].gradient[kArmStates];
   }
   return linear;
 }
@@ -111,11 +111,11 @@ std::size_t end_of_excitation(const std::vector<Complex>& torque,
 
 FrequencyResponse::FrequencyResponse(const Model& model) {
   const Linear linear = about_rest(model);
-  const Eigen::EigenSolver<Square> modes(linear.A);
-  const Eigen::Matrix<Complex, kArmStates, kArmStates> V = modes.eigenvectors();
-  const Eigen::Matrix<Complex, kArmStates, 1> b = linear.b.cast<Complex>();
+  const Eigen::EigenSolver<Square> modes(linear.system);
+  const Eigen::Matrix<Complex, kArmStates, kArmStates> vectors = modes.eigenvectors();
+  const Eigen::Matrix<Complex, kArmStates, 1> b = linear.input.cast<Complex>();
   poles_ = modes.eigenvalues();
-  residues_ = V.row(kSpeedMotor).transpose().cwiseProduct(V.partialPivLu().solve(b));
+  residues_ = vectors.row(kSpeedMotor).transpose().cwiseProduct(vectors.partialPivLu().solve(b));
 }
 
 Complex FrequencyResponse::operator()(double w) const {
@@ -156,18 +156,18 @@ std::vector<Line> excited_lines(const Model& model, const std::vector<Sample>& s
   std::vector<double> torque(samples.size());
   for (std::size_t k = 0; k < samples.size(); ++k)
     torque[k] = samples[k].u - friction(coefficients, y[k]);
-  const std::vector<Complex> T = spectrum(torque);
-  const std::vector<Complex> W = spectrum(y);
+  const std::vector<Complex> torque_lines = spectrum(torque);
+  const std::vector<Complex> speed_lines = spectrum(y);
   const double length = (samples.back().t - samples.front().t) *
                         static_cast<double>(samples.size()) /
                         static_cast<double>(samples.size() - 1);
   const double dt = length / static_cast<double>(samples.size());
-  const std::size_t end = end_of_excitation(T, W);
+  const std::size_t end = end_of_excitation(torque_lines, speed_lines);
   std::vector<Line> lines;
   for (std::size_t k = kLowestLine; k < end; ++k) {
     const double w = 2.0 * std::numbers::pi * static_cast<double>(k) / length;
     const Complex held = std::polar(1.0, -0.5 * w * dt);
-    lines.push_back({w, held * T[k], W[k]});
+    lines.push_back({w, held * torque_lines[k], speed_lines[k]});
   }
   return lines;
 }

@@ -117,19 +117,19 @@ Candidate refined(const Candidate& candidate, const std::vector<Line>& lines) {
     return model;
   };
   const int residuals = static_cast<int>(2 * lines.size());
-  const Residuals f = [&](const double* z, double* r, double* J) {
+  const Residuals f = [&](const double* z, double* r, double* gradient) {
     add_misfits(model_at(z), lines, r);
     std::vector<double> at(z, z + coordinates.size());
     std::vector<double> above(residuals);
     std::vector<double> below(residuals);
-    for (int j = 0; J != nullptr && j < coordinates.size(); ++j) {
+    for (int j = 0; gradient != nullptr && j < coordinates.size(); ++j) {
       at[j] = z[j] + kStep;
       add_misfits(model_at(at.data()), lines, above.data());
       at[j] = z[j] - kStep;
       add_misfits(model_at(at.data()), lines, below.data());
       at[j] = z[j];
       for (int i = 0; i < residuals; ++i)
-        J[i * coordinates.size() + j] = (above[i] - below[i]) / (2.0 * kStep);
+        gradient[i * coordinates.size() + j] = (above[i] - below[i]) / (2.0 * kStep);
     }
     return std::all_of(r, r + residuals, [](double v) { return std::isfinite(v); });
   };

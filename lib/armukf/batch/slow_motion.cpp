@@ -64,15 +64,15 @@ class TorqueBalance {
   int size() const { return static_cast<int>(windows_.size()); }
 
   /// Fills r and, unless it is null, the Jacobian row by row.
-  void operator()(const double* z, double* r, double* J) const {
+  void operator()(const double* z, double* r, double* gradient) const {
     std::vector<Number> p(parameters_.begin(), parameters_.end());
     for (int i = 0; i < kUnknowns; ++i) p[kSought[i]] = Number::variable(z[i], i);
     const Coefficients<Number> coefficients(p.data());
     for (int k = 0; k < size(); ++k) {
       const Number balance = missing_torque(coefficients, p[kJ], windows_[k]);
       r[k] = balance.value;
-      for (int i = 0; J != nullptr && i < kUnknowns; ++i)
-        J[k * kUnknowns + i] = balance.gradient[i];
+      for (int i = 0; gradient != nullptr && i < kUnknowns; ++i)
+        gradient[k * kUnknowns + i] = balance.gradient[i];
     }
   }
 
@@ -97,11 +97,11 @@ std::vector<double> solved(const TorqueBalance& balance, double alpha, double be
   constexpr std::array<int, 4> kLinear{0, 1, 2, 5};
   std::vector<double> z{0.0, 0.0, 0.0, alpha, beta, 1.0};
   Eigen::VectorXd r(balance.size());
-  JacobianMatrix J(balance.size(), kUnknowns);
-  balance(z.data(), r.data(), J.data());
-  r -= J.col(5);  // at J = 1 to J = 0
+  JacobianMatrix jacobian(balance.size(), kUnknowns);
+  balance(z.data(), r.data(), jacobian.data());
+  r -= jacobian.col(5);  // at J = 1 to J = 0
   Eigen::MatrixXd regressors(balance.size(), kLinear.size());
-  for (int i = 0; i < 4; ++i) regressors.col(i) = J.col(kLinear[i]);
+  for (int i = 0; i < 4; ++i) regressors.col(i) = jacobian.col(kLinear[i]);
   const Eigen::VectorXd best = regressors.colPivHouseholderQr().solve(-r);
   for (int i = 0; i < 4; ++i) z[kLinear[i]] = std::max(i == 3 ? kLeastInertia : 0.0, best[i]);
   return z;

@@ -124,6 +124,7 @@ BaseFit base_fit(const Model& model, const Record& record, const Propagation& pr
     if (!soft.parameters[i].known) soft.parameters[i].value *= kSoft;
   const std::vector<Model> starts{model, soft, from_frequency_response(model, record, propagation)};
   std::vector<FittedModel> fits;
+  fits.reserve(starts.size());
   for (const Model& start : starts)
     fits.push_back(fitted(start, {}, record, propagation, kIterations));
   const auto rank = [](const FittedModel& fit) {

@@ -145,6 +145,7 @@ std::vector<std::string> portrait(const FittedModel& fit, const Record& record,
   const std::vector<Instant> motion = instants(record.samples);
   std::vector<Probe> tried = probes();
   std::vector<double> t;
+  t.reserve(motion.size());
   for (const Instant& at : motion) t.push_back(at.time);
   for (const std::vector<double>& e : {fit.residual, innovations})
     for (const SpectralLine& line : lines_over_time(t, e, kHighestHz, kLinePower, kMostLines))

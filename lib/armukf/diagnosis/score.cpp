@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/statistics.hpp"
@@ -15,15 +16,15 @@ namespace {
 /// Of a column's own length: what is left of it beside that is rounding.
 constexpr double kNothingLeft = 1e-6;
 
-/// Least squares r ~ S b with b_j >= 0 where `positive`: of the few columns, those that would go
-/// below 0 are left out, one after the other.
-Eigen::VectorXd bounded_solution(const Eigen::MatrixXd& S, const Eigen::VectorXd& r,
+/// Least squares r ~ columns b with b_j >= 0 where `positive`: of the few columns, those that would
+/// go below 0 are left out, one after the other.
+Eigen::VectorXd bounded_solution(const Eigen::MatrixXd& columns, const Eigen::VectorXd& r,
                                  const std::vector<bool>& positive) {
-  std::vector<int> active;
-  for (int j = 0; j < S.cols(); ++j) active.push_back(j);
-  Eigen::VectorXd b = Eigen::VectorXd::Zero(S.cols());
+  std::vector<int> active(columns.cols());
+  std::iota(active.begin(), active.end(), 0);
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(columns.cols());
   while (!active.empty()) {
-    const Eigen::MatrixXd part = S(Eigen::all, active);
+    const Eigen::MatrixXd part = columns(Eigen::all, active);
     const Eigen::VectorXd found = part.colPivHouseholderQr().solve(r);
     int worst = -1;
     for (int k = 0; k < found.size(); ++k)
@@ -67,30 +68,30 @@ void ScoreTest::project(Eigen::Ref<Eigen::MatrixXd> columns) const {
 Eigen::MatrixXd ScoreTest::sensitivities_of(const Trial& trial) const {
   std::vector<double> x0 = extended(base_.x0, trial.model);
   const Directions directions{trial.sizes, {}};
-  const auto columns = [&] {
+  const auto simulated = [&] {
     const JacobianMatrix all =
         sensitivities(trial.model, x0, samples_, propagation_, directions).gradient;
     return Eigen::MatrixXd(all(measured_, Eigen::all));
   };
-  Eigen::MatrixXd S = columns();
-  if (trial.angle_state < 0) return S;
+  Eigen::MatrixXd columns = simulated();
+  if (trial.angle_state < 0) return columns;
   x0[trial.angle_state] = 0.5 * std::numbers::pi / trial.harmonic;
-  S.conservativeResize(Eigen::NoChange, 2);
-  S.col(1) = columns().col(0);
-  return S;
+  columns.conservativeResize(Eigen::NoChange, 2);
+  columns.col(1) = simulated().col(0);
+  return columns;
 }
 
 /// The test of columns that are not projected yet; `positive` ones must not go below 0.
-Score ScoreTest::score_of(Eigen::MatrixXd S, const std::vector<bool>& positive) const {
+Score ScoreTest::score_of(Eigen::MatrixXd columns, const std::vector<bool>& positive) const {
   Score score;
-  score.sizes.assign(S.cols(), 0.0);
-  if (!S.allFinite()) return score;
-  const Eigen::RowVectorXd lengths = S.colwise().norm();
-  project(S);
-  for (Eigen::Index j = 0; j < S.cols(); ++j)
-    if (!(S.col(j).norm() > kNothingLeft * lengths[j])) return score;
-  const Eigen::VectorXd b = bounded_solution(S, residual_, positive);
-  score.change = S * b;
+  score.sizes.assign(columns.cols(), 0.0);
+  if (!columns.allFinite()) return score;
+  const Eigen::RowVectorXd lengths = columns.colwise().norm();
+  project(columns);
+  for (Eigen::Index j = 0; j < columns.cols(); ++j)
+    if (!(columns.col(j).norm() > kNothingLeft * lengths[j])) return score;
+  const Eigen::VectorXd b = bounded_solution(columns, residual_, positive);
+  score.change = columns * b;
   const Eigen::VectorXd left = residual_ - score.change;
   score.gain =
       (residual_.squaredNorm() - left.squaredNorm()) / static_cast<double>(residual_.size());
@@ -98,10 +99,11 @@ Score ScoreTest::score_of(Eigen::MatrixXd S, const std::vector<bool>& positive) 
   for (int j = 0; j < b.size(); ++j)
     if (b[j] != 0.0) used.push_back(j);
   if (used.empty()) return score;
-  const JacobianMatrix J = S(Eigen::all, used);
+  const JacobianMatrix used_columns = columns(Eigen::all, used);
   // The colour is that of what the step leaves: a large effect would hide behind its own residual.
-  const Eigen::MatrixXd covariance = coloured_covariance(
-      J, left, inverse_information(J), {{0, J.rows()}}, static_cast<Eigen::Index>(used.size()));
+  const Eigen::MatrixXd covariance =
+      coloured_covariance(used_columns, left, inverse_information(used_columns),
+                          {{0, used_columns.rows()}}, static_cast<Eigen::Index>(used.size()));
   const Eigen::VectorXd step = b(used);
   score.statistic = step.dot(covariance.ldlt().solve(step));
   score.freedom = static_cast<int>(used.size());
@@ -111,15 +113,15 @@ Score ScoreTest::score_of(Eigen::MatrixXd S, const std::vector<bool>& positive) 
 }
 
 Score ScoreTest::operator()(const Trial& trial) const {
-  Eigen::MatrixXd S = sensitivities_of(trial);
-  std::vector<bool> positive(S.cols(), false);
+  Eigen::MatrixXd columns = sensitivities_of(trial);
+  std::vector<bool> positive(columns.cols(), false);
   if (trial.angle_state < 0) {
     for (std::size_t j = 0; j < trial.sizes.size(); ++j) {
       const Parameter& p = trial.model.parameters[trial.sizes[j]];
       positive[j] = p.value <= p.lower;
     }
   }
-  Score score = score_of(std::move(S), positive);
+  Score score = score_of(std::move(columns), positive);
   if (trial.angle_state >= 0) {
     score.angle = std::atan2(score.sizes[1], score.sizes[0]) / trial.harmonic;
     score.sizes = {std::hypot(score.sizes[0], score.sizes[1])};

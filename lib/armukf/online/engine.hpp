@@ -117,9 +117,9 @@ class Engine {
 
   Innovation innovation(double y) const {
     const double sensor = settings_->noise.sensor;
-    const double R = sensor * sensor + model_error_;
-    if (acts_on_sensor_) return armukf::innovation(belief_, measurement(), y, R);
-    return armukf::innovation(belief_, kSpeedMotor, y, R);
+    const double variance = sensor * sensor + model_error_;
+    if (acts_on_sensor_) return armukf::innovation(belief_, measurement(), y, variance);
+    return armukf::innovation(belief_, kSpeedMotor, y, variance);
   }
 
   /// Takes the innovation at t (s) into the belief, and into what is thought of the model's error.
