@@ -12,5 +12,6 @@ void add_estimate(CLI::App& program);
 void add_evaluate(CLI::App& program);
 void add_fit(CLI::App& program);
 void add_simulate(CLI::App& program);
+void add_smooth(CLI::App& program);
 
 }  // namespace armukf::apps

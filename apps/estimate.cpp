@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <memory>
@@ -11,6 +12,7 @@
 #include "armukf/io/csv_reader.hpp"
 #include "armukf/io/csv_writer.hpp"
 #include "armukf/io/estimate_report.hpp"
+#include "armukf/io/score_json.hpp"
 #include "armukf/online/session.hpp"
 #include "armukf/online/tally.hpp"
 #include "commands.hpp"
@@ -39,6 +41,8 @@ struct EstimateOptions {
   std::string filter;
   std::string save;
   int passes = 1;
+  bool score = false;
+  std::vector<double> cuts;  // s, where parts of the score begin
   StartOptions start;
   ModelOptions model;
   ReportOptions report;
@@ -49,6 +53,7 @@ struct EstimateOptions {
 struct Pass {
   EstimateSummary summary;
   std::vector<Sample> samples;  // the first kMostSimulated
+  std::vector<ScoredPart> parts;
 };
 
 /// Streams the input through a session; writes a row per sample where there is a writer.
@@ -58,11 +63,17 @@ Pass stream(const EstimateOptions& o, const ModelFile& start, CsvWriter* writer)
   Progress progress(reader.size(), o.report.quiet);
   Pass pass;
   Tally tally;
+  pass.parts.resize(1);
   const auto begin = Clock::now();
   while (const auto sample = reader.next()) {
     if (writer != nullptr && pass.samples.empty()) write_header(*writer, start.model);
     const Estimate estimate = session.step(*sample);
     tally.add(estimate);
+    if (o.score) {
+      if (pass.parts.size() <= o.cuts.size() && sample->t >= o.cuts[pass.parts.size() - 1])
+        pass.parts.emplace_back();
+      pass.parts.back().add(estimate, start.settings.gate.nis);
+    }
     if (writer != nullptr) {
       write_row(*writer, estimate);
       if (reader.would_wait()) writer->flush();
@@ -86,13 +97,17 @@ ModelFile after_early_passes(const EstimateOptions& o, ModelFile start) {
 }
 
 Pass last_pass(const EstimateOptions& o, const ModelFile& start) {
-  if (o.report.json == "-")
+  if (o.score || o.report.json == "-")
     return stream(o, start, nullptr);  // which has standard output to itself
   CsvWriter writer("-");
   return stream(o, start, &writer);
 }
 
 void check_options(const EstimateOptions& o) {
+  if (!o.cuts.empty() && !o.score) throw InputError("--score-cuts: needs --score");
+  if (!std::ranges::is_sorted(o.cuts)) throw InputError("--score-cuts: times must rise");
+  if (o.score && !o.report.json.empty())
+    throw InputError("--score: prints JSON of its own; leave --json out");
   if (o.passes > 1 && o.input == "-")
     throw InputError("--passes: standard input can be read only once; give a FILE");
   if (o.start.frequency && o.input == "-")
@@ -113,6 +128,10 @@ void estimate(const EstimateOptions& o) {
   start = after_early_passes(o, start);
   Pass pass = last_pass(o, start);
   if (pass.samples.empty()) return;  // stopped before the first sample
+  if (o.score) {
+    write_json({.json = "-", .quiet = true}, score_json(pass.summary, pass.parts));
+    return;
+  }
   add_simulation(pass.summary, pass.samples, start.settings.propagation);
   if (!o.report.quiet) fmt::print(stderr, "{}", estimate_text(pass.summary));
   write_json(o.report, estimate_json(pass.summary));
@@ -136,6 +155,11 @@ void add_estimate(CLI::App& program) {
           "--passes", o->passes,
           "go over FILE so often, each pass from the parameters that the last one ended with")
       ->check(whole_number(1, 1000));
+  command.add_flag("--score", o->score,
+                   "print nothing but JSON of likelihood and innovations: one pass, for tuning");
+  command
+      .add_option("--score-cuts", o->cuts, "s; score the record in parts that begin there as well")
+      ->delimiter(',');
   command.add_option("--save", o->save, "write the model with the final parameters, as TOML");
   add_start_options(command, o->start);
   add_model_options(command, o->model);

@@ -27,6 +27,7 @@ constexpr const char* kDefault = "estimate";
 void add_commands(CLI::App& program) {
   program.require_subcommand(1);
   add_estimate(program);
+  add_smooth(program);
   add_simulate(program);
   add_fit(program);
   add_evaluate(program);

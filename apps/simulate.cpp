@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "armukf/batch/experiment.hpp"
 #include "armukf/core/error.hpp"
@@ -30,6 +31,7 @@ struct SimulateOptions {
   std::string output;
   std::string save;
   std::string experiment = "estimation";
+  bool states = false;  // true states as further columns
   ExperimentSettings settings;
   ModelOptions model;
   ReportOptions report;
@@ -50,12 +52,22 @@ std::string command_text(const SimulateOptions& o, const Model& model) {
   return text;
 }
 
-void write_record(const SimulateOptions& o, const Model& model, const Record& record) {
+void write_record(const SimulateOptions& o, const Model& model,
+                  const SimulatedExperiment& experiment) {
   AtomicFile file(o.output);
   file.write(fmt::format("# armukf {}\n# {}\n", ARMUKF_VERSION, command_text(o, model)));
   CsvWriter writer(file.descriptor(), file.name());
-  writer.row(std::array{o.columns.t, o.columns.u, o.columns.y});
-  for (const Sample& sample : record.samples) writer.row(std::array{sample.t, sample.u, sample.y});
+  std::vector<std::string> header{o.columns.t, o.columns.u, o.columns.y};
+  if (o.states)
+    for (const Coordinate& state : model.states) header.push_back(state.name);
+  writer.row(header);
+  for (std::size_t k = 0; k < experiment.record.samples.size(); ++k) {
+    const Sample& sample = experiment.record.samples[k];
+    for (const double value : {sample.t, sample.u, sample.y}) writer.cell(value);
+    if (o.states)
+      for (const double value : experiment.states[k]) writer.cell(value);
+    writer.end_row();
+  }
   writer.flush();
   file.commit();
 }
@@ -79,11 +91,12 @@ void simulate(SimulateOptions& o) {
   s.kind = of_option("--experiment", [&] { return find_experiment(o.experiment); });
   const ModelFile chosen = chosen_model(o.model, {published_estimate(), {}});
   const Model& model = chosen.model;
-  const Record record =
-      of_option("--samples", [&] { return simulate_experiment(model, s).record; });
+  const SimulatedExperiment experiment =
+      of_option("--samples", [&] { return simulate_experiment(model, s); });
+  const Record& record = experiment.record;
   if (!std::isfinite(record.samples.back().y))
     throw std::runtime_error("the arm with these parameters runs away under speed control");
-  write_record(o, model, record);
+  write_record(o, model, experiment);
   if (!o.report.json.empty()) write_summary(o, model);
   if (!o.save.empty()) write_model_file(o.save, chosen);
   if (!o.report.quiet && o.output != "-" && o.report.json != "-")
@@ -125,6 +138,7 @@ void add_simulate(CLI::App& program) {
   command.add_option("-o,--output", o->output, "the record, as CSV; - is standard output")
       ->required()
       ->type_name("FILE");
+  command.add_flag("--states", o->states, "write the true states as further columns");
   command.add_option("--save", o->save, "write the model that was simulated, as TOML");
   add_experiment_options(command, *o);
   add_model_options(command, o->model);

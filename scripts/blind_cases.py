@@ -18,7 +18,8 @@ CATALOGUE = ["torque_bias", "torque_gain", "torque_ripple", "input_delay", "driv
              "flexible_mode.motor", "flexible_mode.gear", "flexible_mode.arm", "gravity",
              "payload_change", "sensor_lag", "speed_ripple"]
 FOREIGN = ["external_7hz", "two_modes", "torque_saturation", "friction_step", "two_hystereses"]
-PAIR = ["flexible_mode.motor", "torque_bias"]
+PAIRS = [("flexible_mode.motor", "torque_bias"), ("backlash", "gravity"),
+         ("torque_ripple", "input_delay"), ("arm_friction", "gear_damping_quadratic")]
 
 # Twists are not zero when a record of an arm in motion begins.
 INITIAL = ["--free-initial", "all"]

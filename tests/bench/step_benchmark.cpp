@@ -10,6 +10,9 @@
 #include <vector>
 
 #include "armukf/batch/experiment.hpp"
+#include "armukf/filter/iterated.hpp"
+#include "armukf/filter/square_root.hpp"
+#include "armukf/filter/unscented.hpp"
 #include "armukf/io/csv_writer.hpp"
 #include "armukf/online/engine.hpp"
 #include "armukf/online/session.hpp"
@@ -68,12 +71,12 @@ void count_allocations(benchmark::State& state, std::size_t before) {
   if (count != 0) state.SkipWithError("a step must not allocate");
 }
 
-template <template <class> class Rule>
+template <class Filter>
 void step(benchmark::State& state) {
   const Model model = published_arm();
   const FreeCoordinates coordinates(model);
   const EstimatorSettings settings;
-  Engine<Shape, Rule> engine(model, coordinates, settings, Shape{}, Rule<Shape>());
+  Engine engine(model, coordinates, settings, Filter());
   engine.believe_parameters(start_values(model));
   engine.believe_rest(0.0);
   const std::vector<Sample>& record = samples();
@@ -87,8 +90,11 @@ void step(benchmark::State& state) {
   }
   count_allocations(state, before);
 }
-BENCHMARK(step<Unscented>)->Name("ukf step");
-BENCHMARK(step<Linearised>)->Name("ekf step");
+BENCHMARK(step<CovarianceFilter<Shape, Unscented>>)->Name("ukf step");
+BENCHMARK(step<SquareRootFilter<Shape>>)->Name("srukf step");
+BENCHMARK(step<CovarianceFilter<Shape, Cubature>>)->Name("ckf step");
+BENCHMARK(step<CovarianceFilter<Shape, Linearised>>)->Name("ekf step");
+BENCHMARK(step<IteratedFilter<Shape>>)->Name("iekf step");
 
 void textbook_step(benchmark::State& state) {
   const Model model = published_arm();

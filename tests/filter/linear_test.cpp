@@ -1,13 +1,17 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
+#include <vector>
 
-#include "armukf/filter/kalman.hpp"
-#include "armukf/filter/linearised.hpp"
+#include "armukf/filter/covariance_filter.hpp"
+#include "armukf/filter/iterated.hpp"
+#include "armukf/filter/smoothing.hpp"
+#include "armukf/filter/square_root.hpp"
 #include "armukf/filter/unscented.hpp"
 
 namespace armukf {
@@ -85,32 +89,30 @@ struct ExactKalman {
   }
 };
 
-/// Greatest difference of mean and covariance from the exact filter's over all steps.
-template <class Shape, class Rule, class F>
-double worst_difference(const Rule& rule, const F& f, const LinearModel& model, Shape shape) {
+/// Greatest difference of mean and covariance from the exact filter's over all steps. The
+/// measurement is what h makes of the belief.
+template <class Filter, class F, class H>
+double worst_difference(Filter filter, const F& f, const H& h, const LinearModel& model) {
+  using Shape = typename Filter::Shape;
   ExactKalman exact;
-  Gaussian<Shape> belief;
-  belief.shape = shape;
-  for (int i = 0; i < kSize; ++i) {
-    belief.mean[i] = exact.mean[i];
-    belief.covariance[i][i] = 1.0;
-  }
   StepNoise<Shape> noise{};
-  for (int i = 0; i < kSize; ++i) noise[i] = model.noise[i];
+  for (int i = 0; i < kSize; ++i) {
+    filter.mean()[i] = exact.mean[i];
+    filter.forget(i, 1.0);
+    noise[i] = model.noise[i];
+  }
   std::mt19937_64 generator(7);
   std::normal_distribution<double> normal;
   double worst = 0.0;
   for (int k = 0; k < kSteps; ++k) {
     const double y = normal(generator);
     exact.step(model, y);
-    const Image<Shape> image = rule(belief, f);
-    if (!image.valid) return INFINITY;
-    move_to(belief, image, noise);
-    condition(belief, kMeasured, innovation(belief, kMeasured, y, kR));
+    if (!filter.predict(f, noise)) return INFINITY;
+    filter.update(f, h, filter.innovation(h, y, kR));
     for (int i = 0; i < kSize; ++i) {
-      worst = std::max(worst, std::abs(belief.mean[i] - exact.mean[i]));
+      worst = std::max(worst, std::abs(filter.mean()[i] - exact.mean[i]));
       for (int j = 0; j < kSize; ++j)
-        worst = std::max(worst, std::abs(belief.covariance[i][j] - exact.covariance(i, j)));
+        worst = std::max(worst, std::abs(filter.covariance(i, j) - exact.covariance(i, j)));
     }
   }
   return worst;
@@ -118,33 +120,169 @@ double worst_difference(const Rule& rule, const F& f, const LinearModel& model, 
 
 using Exact = FixedShape<kStates, kUnknowns>;
 using Roomy = BoundedShape<8, 20>;
+constexpr Roomy kRoomy{kStates, kSize};
 
-TEST(LinearModelWithProcessNoise, EkfIsTheKalmanFilter) {
+/// The measured row as a function of the belief, as a sensor with an effect of its own would be.
+struct SameRow {
+  template <class T>
+  T operator()(const T* x) const {
+    return x[kMeasured];
+  }
+};
+
+template <class Filter>
+void expect_kalman(const Filter& filter) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const LinearModel model(seed);
-    EXPECT_LT(worst_difference(Linearised<Exact>(), model, model, Exact{}), kTolerance);
+    EXPECT_LT(worst_difference(filter, model, MeasuredRow{kMeasured}, model), kTolerance);
+    EXPECT_LT(worst_difference(filter, model, SameRow{}, model), kTolerance);
   }
+}
+
+template <class Filter>
+void expect_kalman_with_room(const Filter& filter) {
+  const LinearModel model(3);
+  const RoomyLinearModel roomy{model};
+  EXPECT_LT(worst_difference(filter, roomy, MeasuredRow{kMeasured}, model), kTolerance);
+}
+
+// The last has a negative weight of the centre point.
+constexpr std::array kSpreads{UnscentedSpread{}, UnscentedSpread{.alpha = 0.5},
+                              UnscentedSpread{1.0, 0.0, 0.0},
+                              UnscentedSpread{1.0, 2.0, 3.0 - kSize}};
+
+TEST(LinearModelWithProcessNoise, EkfIsTheKalmanFilter) {
+  expect_kalman(CovarianceFilter<Exact, Linearised>());
+  expect_kalman_with_room(CovarianceFilter<Roomy, Linearised>(kRoomy));
 }
 
 TEST(LinearModelWithProcessNoise, UkfIsTheKalmanFilterWhateverItsSpread) {
-  // The last has a negative weight of the centre point.
-  for (const UnscentedSpread spread :
-       {UnscentedSpread{}, UnscentedSpread{.alpha = 0.5}, UnscentedSpread{1.0, 0.0, 0.0},
-        UnscentedSpread{1.0, 2.0, 3.0 - kSize}}) {
-    for (unsigned seed = 1; seed <= 5; ++seed) {
-      const LinearModel model(seed);
-      EXPECT_LT(worst_difference(Unscented<Exact>(spread), model, model, Exact{}), kTolerance)
-          << "alpha " << spread.alpha << ", kappa " << spread.kappa;
-    }
+  for (const UnscentedSpread& spread : kSpreads) {
+    expect_kalman(CovarianceFilter<Exact, Unscented>({}, Unscented<Exact>(spread)));
+    expect_kalman_with_room(
+        CovarianceFilter<Roomy, Unscented>(kRoomy, Unscented<Roomy>(spread, kRoomy)));
   }
 }
 
-TEST(LinearModelWithProcessNoise, RoomForMoreRowsChangesNothing) {
-  const Roomy shape{kStates, kSize};
-  const LinearModel model(3);
-  const RoomyLinearModel roomy{model};
-  EXPECT_LT(worst_difference(Linearised<Roomy>(), roomy, model, shape), kTolerance);
-  EXPECT_LT(worst_difference(Unscented<Roomy>({}, shape), roomy, model, shape), kTolerance);
+TEST(LinearModelWithProcessNoise, SquareRootUkfIsTheKalmanFilterWhateverItsSpread) {
+  for (const UnscentedSpread& spread : kSpreads) {
+    expect_kalman(SquareRootFilter<Exact>(spread));
+    expect_kalman_with_room(SquareRootFilter<Roomy>(spread, kRoomy));
+  }
+}
+
+TEST(LinearModelWithProcessNoise, CubatureFilterIsTheKalmanFilter) {
+  expect_kalman(CovarianceFilter<Exact, Cubature>());
+  expect_kalman_with_room(CovarianceFilter<Roomy, Cubature>(kRoomy, Cubature<Roomy>(kRoomy)));
+}
+
+TEST(LinearModelWithProcessNoise, IteratedEkfIsTheKalmanFilter) {
+  expect_kalman(IteratedFilter<Exact>());
+  expect_kalman_with_room(IteratedFilter<Roomy>(kRoomy));
+}
+
+/// Beliefs of one filter pass over all steps, and of the exact one.
+struct Passed {
+  std::vector<ExactKalman> exact;
+  std::vector<Gaussian<Exact>> beliefs;
+};
+
+template <class Filter>
+Passed passed(Filter filter, const LinearModel& model, const StepNoise<Exact>& noise) {
+  Passed all;
+  ExactKalman exact;
+  for (int i = 0; i < kSize; ++i) {
+    filter.mean()[i] = exact.mean[i];
+    filter.forget(i, 1.0);
+  }
+  std::mt19937_64 generator(7);
+  std::normal_distribution<double> normal;
+  for (int k = 0; k < kSteps; ++k) {
+    const double y = normal(generator);
+    exact.step(model, y);
+    filter.predict(model, noise);
+    filter.update(model, MeasuredRow{kMeasured}, filter.innovation(MeasuredRow{kMeasured}, y, kR));
+    all.exact.push_back(exact);
+    all.beliefs.push_back(filter.belief());
+  }
+  return all;
+}
+
+/// The exact smoother, by the textbook's matrices.
+void smooth_exactly(std::vector<ExactKalman>& pass, const LinearModel& model) {
+  const Matrix F = model.transition();
+  for (std::size_t k = pass.size() - 1; k-- > 0;) {
+    ExactKalman& at = pass[k];
+    const Vector m = F * at.mean;
+    const Matrix P = F * at.covariance * F.transpose() + Matrix(model.noise.asDiagonal());
+    const Matrix G = at.covariance * F.transpose() * P.inverse();
+    at.mean += G * (pass[k + 1].mean - m);
+    at.covariance += G * (pass[k + 1].covariance - P) * G.transpose();
+  }
+}
+
+template <class Filter>
+double worst_smoothed(const Filter& filter, unsigned seed) {
+  const LinearModel model(seed);
+  StepNoise<Exact> noise{};
+  for (int i = 0; i < kSize; ++i) noise[i] = model.noise[i];
+  Passed pass = passed(filter, model, noise);
+  smooth_exactly(pass.exact, model);
+  SmoothingStep<Exact> step;
+  double worst = 0.0;
+  for (std::size_t k = kSteps - 1; k-- > 0;) {
+    Filter at = filter;
+    at.believe(pass.beliefs[k]);
+    const Image<Exact> image = at.image(model);
+    Gaussian<Exact> predicted = pass.beliefs[k];
+    move_to(predicted, image, noise);
+    if (!step(pass.beliefs[k], predicted, image, pass.beliefs[k + 1])) return INFINITY;
+    for (int i = 0; i < kSize; ++i) {
+      worst = std::max(worst, std::abs(pass.beliefs[k].mean[i] - pass.exact[k].mean[i]));
+      for (int j = 0; j < kSize; ++j)
+        worst = std::max(
+            worst, std::abs(pass.beliefs[k].covariance[i][j] - pass.exact[k].covariance(i, j)));
+    }
+  }
+  return worst;
+}
+
+TEST(LinearModelWithProcessNoise, SmootherIsThatOfRauchTungStriebel) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    EXPECT_LT(worst_smoothed(CovarianceFilter<Exact, Linearised>(), seed), 1e-9);
+    EXPECT_LT(worst_smoothed(CovarianceFilter<Exact, Unscented>(), seed), 1e-9);
+    EXPECT_LT(worst_smoothed(CovarianceFilter<Exact, Cubature>(), seed), 1e-9);
+  }
+}
+
+/// Variances of 1 and of a million times that in one belief, hardly any noise, and a sensor that is
+/// better than all of them: what costs others their definiteness.
+TEST(SquareRootFilter, KeepsDefinitenessWhereVariancesSpreadWidely) {
+  const LinearModel model(2);
+  SquareRootFilter<Exact> root;
+  StepNoise<Exact> noise{};
+  for (int i = 0; i < kSize; ++i) {
+    root.forget(i, i % 2 == 0 ? 1.0 : 1000.0);
+    noise[i] = 1e-14;
+  }
+  std::mt19937_64 generator(3);
+  std::normal_distribution<double> normal;
+  constexpr MeasuredRow kRow{kMeasured};
+  for (int k = 0; k < 20000; ++k) {
+    ASSERT_TRUE(root.predict(model, noise)) << k;
+    root.update(model, kRow, root.innovation(kRow, 1e-6 * normal(generator), 1e-12));
+    Matrix P;
+    for (int i = 0; i < kSize; ++i)
+      for (int j = 0; j < kSize; ++j) P(i, j) = root.covariance(i, j);
+    for (int i = 0; i < kSize; ++i) ASSERT_GT(P(i, i), 0.0) << k;
+    if (k % 100 == 0) {
+      const Vector unit = P.diagonal().array().rsqrt();
+      const Matrix correlation = unit.asDiagonal() * P * unit.asDiagonal();
+      const double least =
+          Eigen::SelfAdjointEigenSolver<Matrix>(correlation).eigenvalues().minCoeff();
+      ASSERT_GT(least, -1e-14) << k;
+    }
+  }
 }
 
 TEST(Innovation, LogLikelihoodIsThatOfItsNormalDistribution) {

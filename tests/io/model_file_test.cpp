@@ -135,7 +135,7 @@ TEST(ModelFile, MalformedTextNamesItsLine) {
 TEST(ModelFile, UnknownKeysAndNamesAreRefusedWithTheKnownOnes) {
   EXPECT_EQ(fault("\nnoize = 1\n"),
             "arm.toml:2: noize: unknown key; known are: effects, parameters, filter, propagation, "
-            "noise, prior, gate, race");
+            "noise, prior, gate, race, adaptation");
   EXPECT_EQ(fault("[prior]\ntwist = 1.0\nspin = 1.0\n"),
             "arm.toml:3: prior.spin: unknown key; known are: twist, speed");
   EXPECT_EQ(fault("[parameters.k_a]\nvalu = 1.0\n"),
@@ -144,7 +144,8 @@ TEST(ModelFile, UnknownKeysAndNamesAreRefusedWithTheKnownOnes) {
   EXPECT_EQ(fault("[noise]\nparameter_walk = { begin = 1 }\n"),
             "arm.toml:2: noise.parameter_walk.begin: unknown key; known are: start, floor, time_s");
   EXPECT_EQ(fault("[filter]\nkind = \"kf\"\n"),
-            "arm.toml:2: filter.kind: unknown filter 'kf'; known are: ukf, ekf");
+            "arm.toml:2: filter.kind: unknown filter 'kf'; known are: ukf, ekf, srukf, ckf, iekf, "
+            "adaptive, adaptive_ekf, adaptive_srukf, adaptive_ckf, adaptive_iekf");
   EXPECT_EQ(fault("[propagation]\nstepper = \"rk5\"\n"),
             "arm.toml:2: propagation.stepper: unknown stepper 'rk5'; known are: euler, rk4, "
             "cash_karp54, dopri5");

@@ -120,7 +120,7 @@ Gaussian<Shape> first_belief(const Setting& setting, Shape shape) {
 template <class Shape>
 Innovation updated(Gaussian<Shape>& belief, const Linearised<Shape>& rule,
                    const Step<typename Linearised<Shape>::Number>& step, std::size_t k, double y) {
-  const Measurement<Shape> speed = rule.measurement(belief, [&](const auto* x) {
+  const Measurement<Shape> speed = rule.measurement(belief.shape, belief.mean, [&](const auto* x) {
     std::array<typename Linearised<Shape>::Number, Shape::kStates> states;
     std::copy_n(x, Shape::kStates, states.begin());
     return step.measured(states, k);

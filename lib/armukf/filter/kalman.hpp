@@ -11,13 +11,22 @@
 namespace armukf {
 
 /// Image of a belief under f: mean m of the moved rows, and their covariance with every row of the
-/// new belief, [cov(x', x') cov(x', theta)].
+/// new belief, [cov(x', x') cov(x', theta)], and of the old one, cov(x', [x theta]).
 template <class Shape>
 struct Image {
   std::array<double, Shape::kStates> mean{};
   std::array<BeliefRow<Shape>, Shape::kStates> covariance{};
+  std::array<BeliefRow<Shape>, Shape::kStates> with_old;
   bool valid = true;  // false where the belief had no root
 };
+
+/// Whether there was a root, and the numbers of the image are finite.
+template <class Shape>
+bool is_sound(const Shape& shape, const Image<Shape>& image) {
+  double sum = 0.0;
+  for (int i = 0; i < shape.states(); ++i) sum += image.mean[i] + image.covariance[i][i];
+  return image.valid && std::isfinite(sum);
+}
 
 /// Variances that one step adds to the belief: white noise, independent from row to row.
 template <class Shape>
@@ -38,9 +47,10 @@ void move_to(Gaussian<Shape>& belief, const Image<Shape>& image, const StepNoise
 
 /// What a measurement told: innovation y - y_pred, its variance S, and whether it was used.
 struct Innovation {
-  double predicted;  // y_pred = mean of the measured row
-  double value;      // innovation y - y_pred
-  double variance;   // S = P_yy + R
+  double predicted;    // y_pred = mean of the measured row
+  double value;        // innovation y - y_pred
+  double variance;     // S = P_yy + R
+  double noise = 0.0;  // R
 
   /// Normalised innovation squared; chi-square with 1 degree of freedom if the filter is right.
   double nis() const { return value * value / variance; }
@@ -55,7 +65,7 @@ struct Innovation {
 /// The innovation of a measurement y of row `row`, noise variance R.
 template <class Shape>
 Innovation innovation(const Gaussian<Shape>& belief, int row, double y, double R) {
-  return {belief.mean[row], y - belief.mean[row], belief.variance(row) + R};
+  return {belief.mean[row], y - belief.mean[row], belief.variance(row) + R, R};
 }
 
 /// A measurement y = h(x, theta) about the belief's mean: its value and its gradient.
@@ -77,7 +87,7 @@ template <class Shape>
 Innovation innovation(const Gaussian<Shape>& belief, const Measurement<Shape>& measurement,
                       double y, double R) {
   return {measurement.value, y - measurement.value,
-          dot(measurement.gradient, measurement.covariance(belief)) + R};
+          dot(measurement.gradient, measurement.covariance(belief)) + R, R};
 }
 
 /// The belief given that innovation, Ph = cov(belief, y):

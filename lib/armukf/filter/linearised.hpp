@@ -22,16 +22,50 @@ class Linearised {
   /// f takes the rows of states and of unknowns, each a Number, and returns the moved states.
   template <class F>
   Image<Shape> operator()(const Gaussian<Shape>& belief, const F& f) const {
+    return image(belief, moved(belief.shape, belief.mean, f));
+  }
+
+  /// The same with f linearised about another point p: m' = f(p) + F (m - p).
+  template <class F>
+  Image<Shape> about(const Row& point, const Gaussian<Shape>& belief, const F& f) const {
+    Moved there = moved(belief.shape, point, f);
+    for (int i = 0; i < belief.shape.states(); ++i)
+      there[i].value += dot(there[i].gradient, belief.mean - point);
+    return image(belief, there);
+  }
+
+  /// h takes the rows of the belief, each a Number, and returns what is measured.
+  template <class H>
+  Measurement<Shape> measurement(const Shape& shape, const Row& mean, const H& h) const {
+    const auto x = numbers(shape, mean);
+    const Number y = h(x.data());
+    return {y.value, y.gradient};
+  }
+
+ private:
+  using Moved = std::array<Number, Shape::kStates>;
+
+  std::array<Number, Shape::kSize> numbers(const Shape& shape, const Row& point) const {
+    std::array<Number, Shape::kSize> x;
+    for (int i = 0; i < shape.size(); ++i) x[i] = Number(point[i], directions_[i]);
+    return x;
+  }
+
+  template <class F>
+  Moved moved(const Shape& shape, const Row& point, const F& f) const {
+    const auto x = numbers(shape, point);
+    return f(x.data(), x.data() + shape.states());
+  }
+
+  Image<Shape> image(const Gaussian<Shape>& belief, const Moved& moved) const {
     const int n = belief.shape.size();
     const int s = belief.shape.states();
-    std::array<Number, Shape::kSize> x;
-    for (int i = 0; i < n; ++i) x[i] = Number(belief.mean[i], directions_[i]);
-    const std::array<Number, Shape::kStates> moved = f(x.data(), x.data() + s);
     Image<Shape> image;
     for (int i = 0; i < s; ++i) {
       image.mean[i] = moved[i].value;
       Row product{};
       for (int j = 0; j < n; ++j) product += moved[i].gradient[j] * belief.covariance[j];
+      image.with_old[i] = product;
       image.covariance[i] = product;
       for (int k = 0; k <= i; ++k) image.covariance[i][k] = dot(product, moved[k].gradient);
     }
@@ -40,16 +74,6 @@ class Linearised {
     return image;
   }
 
-  /// h takes the rows of the belief, each a Number, and returns what is measured.
-  template <class H>
-  Measurement<Shape> measurement(const Gaussian<Shape>& belief, const H& h) const {
-    std::array<Number, Shape::kSize> x{};
-    for (int i = 0; i < belief.shape.size(); ++i) x[i] = Number(belief.mean[i], directions_[i]);
-    const Number y = h(x.data());
-    return {y.value, y.gradient};
-  }
-
- private:
   std::array<Row, Shape::kSize> directions_{};  // unit rows, ready to load
 };
 

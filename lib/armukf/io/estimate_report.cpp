@@ -16,13 +16,6 @@ constexpr double kMostHonestNis = 1.25;
 // in, shows up; what a model lacks is far below this.
 constexpr double kWhitenessLevel = 1e-6;
 
-std::vector<std::string> augmented_names(const Model& model) {
-  std::vector<std::string> names;
-  for (const Coordinate& state : model.states) names.push_back(state.name);
-  for (const int i : model.unknowns()) names.push_back(model.parameters[i].name);
-  return names;
-}
-
 double samples_per_second(const EstimateSummary& s) {
   return s.seconds > 0.0 ? static_cast<double>(s.tally.samples()) / s.seconds : 0.0;
 }
@@ -46,6 +39,29 @@ std::string caveat(const InnovationStatistics& innovations) {
 
 }  // namespace
 
+std::vector<std::string> augmented_names(const Model& model) {
+  std::vector<std::string> names;
+  for (const Coordinate& state : model.states) names.push_back(state.name);
+  for (const int i : model.unknowns()) names.push_back(model.parameters[i].name);
+  return names;
+}
+
+nlohmann::ordered_json counts_json(const Tally& tally) {
+  return {{"samples", tally.samples()},
+          {"missing", tally.count(Status::kMissing)},
+          {"rejected", tally.count(Status::kRejected)},
+          {"gaps", tally.count(Status::kGap)},
+          {"resets", tally.count(Status::kReset)}};
+}
+
+nlohmann::ordered_json innovation_json(const InnovationStatistics& innovations) {
+  return {{"fit_percent", innovations.fit_percent()},
+          {"rmse", innovations.rmse()},
+          {"mean_nis", innovations.mean_nis()},
+          {"ljung_box_p", innovations.ljung_box_p()},
+          {"log_likelihood", innovations.log_likelihood()}};
+}
+
 void write_header(CsvWriter& writer, const Model& model) {
   std::vector<std::string> header{"t",   "y",     "y_pred", "innovation", "innovation_sd",
                                   "nis", "status"};
@@ -66,26 +82,16 @@ void write_row(CsvWriter& writer, const Estimate& e) {
 }
 
 nlohmann::ordered_json estimate_json(const EstimateSummary& s) {
-  const InnovationStatistics& innovations = s.tally.innovations();
-  return {{"samples", s.tally.samples()},
-          {"missing", s.tally.count(Status::kMissing)},
-          {"rejected", s.tally.count(Status::kRejected)},
-          {"gaps", s.tally.count(Status::kGap)},
-          {"resets", s.tally.count(Status::kReset)},
-          {"filter", s.filter},
-          {"innovation",
-           {{"fit_percent", innovations.fit_percent()},
-            {"rmse", innovations.rmse()},
-            {"mean_nis", innovations.mean_nis()},
-            {"ljung_box_p", innovations.ljung_box_p()},
-            {"log_likelihood", innovations.log_likelihood()}}},
-          {"simulation",
-           {{"fit_percent", s.simulation_fit_percent},
-            {"mse", s.simulation_mse},
-            {"samples", s.simulation_samples}}},
-          {"parameters", parameters_json(s.model, s.sd)},
-          {"seconds", s.seconds},
-          {"samples_per_second", samples_per_second(s)}};
+  nlohmann::ordered_json json = counts_json(s.tally);
+  json["filter"] = s.filter;
+  json["innovation"] = innovation_json(s.tally.innovations());
+  json["simulation"] = {{"fit_percent", s.simulation_fit_percent},
+                        {"mse", s.simulation_mse},
+                        {"samples", s.simulation_samples}};
+  json["parameters"] = parameters_json(s.model, s.sd);
+  json["seconds"] = s.seconds;
+  json["samples_per_second"] = samples_per_second(s);
+  return json;
 }
 
 std::string estimate_text(const EstimateSummary& s) {

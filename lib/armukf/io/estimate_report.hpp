@@ -25,6 +25,13 @@ struct EstimateSummary {
   double seconds = 0.0;                 // spent on the last pass
 };
 
+/// Of the augmented belief: states, then unknown parameters.
+std::vector<std::string> augmented_names(const Model& model);
+
+/// Parts of JSON that reports on a filter's pass share.
+nlohmann::ordered_json counts_json(const Tally& tally);
+nlohmann::ordered_json innovation_json(const InnovationStatistics& innovations);
+
 /// The header of the rows that `write_row` writes.
 void write_header(CsvWriter& writer, const Model& model);
 /// One row: the sample, its innovation, status, every augmented state and its deviation.

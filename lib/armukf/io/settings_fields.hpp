@@ -23,8 +23,8 @@ struct SettingsField {
   Range range = Range::kNotNegative;
 };
 
-inline constexpr std::array<std::string_view, 6> kSettingsSections{"filter", "propagation", "noise",
-                                                                   "prior",  "gate",        "race"};
+inline constexpr std::array<std::string_view, 7> kSettingsSections{
+    "filter", "propagation", "noise", "prior", "gate", "race", "adaptation"};
 
 template <class S, class Plain>
 concept MaybeConst = std::same_as<std::remove_const_t<S>, Plain>;
@@ -55,10 +55,10 @@ concept SettingsTable = MaybeConst<S, Annealing> || MaybeConst<S, ModelError>;
 template <MaybeConst<EstimatorSettings> S, class Visit>
 void for_each_setting(S& settings, Visit visit) {
   using enum Range;
-  auto& [filter, spread, propagation, noise, prior, gate, race] = settings;
+  auto& [filter, spread, propagation, noise, prior, gate, race, adaptation] = settings;
 
   auto& [alpha, beta, kappa] = spread;
-  visit({"filter", "kind", "ukf or ekf"}, filter);
+  visit({"filter", "kind", "ukf, ekf, srukf, ckf, iekf, adaptive or adaptive_ekf ..."}, filter);
   visit({"filter", "alpha", "distance of the sigma points, in root-n deviations", kPositive},
         alpha);
   visit({"filter", "beta", "2 is best for a normal distribution"}, beta);
@@ -93,6 +93,13 @@ void for_each_setting(S& settings, Visit visit) {
   auto& [duration_s, starts] = race;
   visit({"race", "duration_s", "s, after which the likeliest goes on alone"}, duration_s);
   visit({"race", "starts", "factors on the start values, a table per filter", kPositive}, starts);
+
+  auto& [watched_s, settle_s, least, most] = adaptation;
+  visit({"adaptation", "time_s", "s, over which an adaptive filter watches innovations", kPositive},
+        watched_s);
+  visit({"adaptation", "settle_s", "s, in which it lets model_error decay", kPositive}, settle_s);
+  visit({"adaptation", "least", "of the factors on sensor and torque noise", kPositive}, least);
+  visit({"adaptation", "most", "of these factors", kPositive}, most);
 }
 
 }  // namespace armukf

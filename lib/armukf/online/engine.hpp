@@ -4,9 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "armukf/filter/kalman.hpp"
-#include "armukf/filter/linearised.hpp"
-#include "armukf/filter/unscented.hpp"
+#include "armukf/filter/covariance_filter.hpp"
 #include "armukf/model/coordinates.hpp"
 #include "armukf/model/dynamics.hpp"
 #include "armukf/online/settings.hpp"
@@ -36,7 +34,6 @@ struct ArmStep {
 };
 
 /// What the sensor shows, as a filter's h(x, theta).
-template <class Shape>
 struct ArmSensor {
   const Model& model;
   const FreeCoordinates& coordinates;
@@ -53,25 +50,28 @@ struct ArmSensor {
   }
 };
 
-/// One filter at work: a belief about the arm, and the rule that moves it.
-template <class Shape, template <class> class Rule>
+/// A filter at work on the arm.
+template <class Filter>
 class Engine {
  public:
+  using Shape = typename Filter::Shape;
+
   Engine(const Model& model, const FreeCoordinates& coordinates, const EstimatorSettings& settings,
-         Shape shape, Rule<Shape> rule)
-      : model_(&model), coordinates_(&coordinates), settings_(&settings), rule_(rule) {
-    belief_.shape = shape;
+         Filter filter)
+      : model_(&model), coordinates_(&coordinates), settings_(&settings), filter_(filter) {
     acts_on_sensor_ = model.acts_on_sensor();
     model_error_ = settings.noise.model_error.start * settings.noise.model_error.start;
+    adapts_ = is_adaptive(settings.filter);
+    if (adapts_) adaptation_ = NoiseAdaptation(settings.adaptation);
   }
 
   /// Believes these parameters (one value per parameter of the model) with their prior spread.
   void believe_parameters(const std::vector<double>& p) {
     const std::vector<double> z = coordinates_->from_physical(p);
-    const int first = belief_.shape.states();
-    std::copy(z.begin(), z.end(), belief_.mean.begin() + first);
+    const int first = states();
+    std::copy(z.begin(), z.end(), filter_.mean().begin() + first);
     refresh_parameters();
-    for (int k = 0; k < coordinates_->size(); ++k) forget(first + k, prior_sd(k));
+    for (int k = 0; k < coordinates_->size(); ++k) filter_.forget(first + k, prior_sd(k));
   }
 
   /// Believes the springs at rest and all masses at the speed y (rad/s), with the prior spread; at
@@ -82,12 +82,12 @@ class Engine {
     const double motor_sd =
         measured ? std::max(settings_->noise.sensor, kLeastSpeedSd) : kAnySpeedSd;
     const std::array sd{prior.twist, prior.twist, motor_sd, prior.speed, prior.speed};
-    for (int i = 0; i < belief_.shape.states(); ++i) {
+    for (int i = 0; i < states(); ++i) {
       const bool is_speed = i == kSpeedMotor || i == kSpeedGear || i == kSpeedArm;
-      belief_.mean[i] = is_speed && measured ? y : 0.0;
+      filter_.mean()[i] = is_speed && measured ? y : 0.0;
       const Coordinate& state = model_->states[i];
-      if (state.starts_with_motor && measured) belief_.mean[i] = y;
-      forget(i, i < kArmStates ? sd[i] : state.spread);
+      if (state.starts_with_motor && measured) filter_.mean()[i] = y;
+      filter_.forget(i, i < kArmStates ? sd[i] : state.spread);
     }
   }
 
@@ -104,40 +104,55 @@ class Engine {
   /// Moves the belief over dt (s) from t (s) under the held torque u (N.m). Returns false, and
   /// leaves the belief as it was, where the numbers went wrong.
   bool predict(double t, double dt, double u) {
-    const ArmStep<Shape::kStates> step{*model_, *coordinates_, settings_->propagation, t, dt, u};
-    const Image<Shape> image = rule_(belief_, step);
-    double sum = 0.0;
-    for (int i = 0; i < belief_.shape.states(); ++i) sum += image.mean[i] + image.covariance[i][i];
-    if (!image.valid || !std::isfinite(sum)) return false;
-    move_to(belief_, image, step_noise(t, dt));
-    predicted_to_ = t + dt;
-    input_ = u;
+    const Interval interval{t, dt, u};
+    if (!filter_.predict(arm_step(interval), step_noise(t, dt))) return false;
+    last_ = interval;
     return true;
   }
 
   Innovation innovation(double y) const {
-    const double sensor = settings_->noise.sensor;
-    const double variance = sensor * sensor + model_error_;
-    if (acts_on_sensor_) return armukf::innovation(belief_, measurement(), y, variance);
-    return armukf::innovation(belief_, kSpeedMotor, y, variance);
+    const double variance = sensor_variance() + model_error_;
+    if (acts_on_sensor_) return filter_.innovation(arm_sensor(), y, variance);
+    return filter_.innovation(MeasuredRow{kSpeedMotor}, y, variance);
   }
 
   /// Takes the innovation at t (s) into the belief, and into what is thought of the model's error.
   void update(const Innovation& innovation, double t) {
     if (acts_on_sensor_) {
-      condition(belief_, measurement().covariance(belief_), innovation);
+      filter_.update(arm_step(last_), arm_sensor(), innovation);
     } else {
-      condition(belief_, kSpeedMotor, innovation);
+      filter_.update(arm_step(last_), MeasuredRow{kSpeedMotor}, innovation);
     }
-    const ModelError& error = settings_->noise.model_error;
-    const double seen = error.gain * innovation.value * innovation.value;
-    model_error_ += std::min(1.0, (t - updated_at_) / error.time_s) * (seen - model_error_);
-    updated_at_ = t;
-    model_error_ = std::max(model_error_, error.least * error.least);
+    if (adapts_) {
+      adapt(innovation, t);
+    } else {
+      const ModelError& error = settings_->noise.model_error;
+      follow_model_error(innovation, t, error.gain, error.time_s);
+    }
     refresh_parameters();
   }
 
-  const Gaussian<Shape>& belief() const { return belief_; }
+  /// Leaves an outlier out of the belief. To an adaptive filter it still tells of noise: else one
+  /// that trusts itself too much would reject all that could correct it.
+  void reject(const Innovation& innovation, double t) {
+    if (adapts_) adapt(innovation, t);
+  }
+
+  /// Where this belief would be after dt (s), and how that hangs together with it. For filters that
+  /// keep their covariance.
+  struct Prediction {
+    Image<Shape> image;
+    Gaussian<Shape> belief;
+  };
+  Prediction prediction(const Gaussian<Shape>& belief, double t, double dt, double u) {
+    filter_.believe(belief);
+    refresh_parameters();
+    Prediction ahead{filter_.image(arm_step({t, dt, u})), belief};
+    move_to(ahead.belief, ahead.image, step_noise(t, dt));
+    return ahead;
+  }
+
+  const Filter& filter() const { return filter_; }
 
   /// The believed value of each parameter of the model.
   const double* parameters() const { return parameters_.data(); }
@@ -148,15 +163,50 @@ class Engine {
   static constexpr double kAnySpeedSd = 30.0;  // rad/s: what an axis of a robot may be doing
   static constexpr double kLeastNoise = 1e-9;  // 1/s^1/2: the belief's root does not degenerate
 
-  /// To first order, whatever the rule: what a sensor adds to the speed is small.
-  Measurement<Shape> measurement() const {
-    return sensor_.measurement(
-        belief_,
-        ArmSensor<Shape>{*model_, *coordinates_, belief_.shape.states(), predicted_to_, input_});
+  /// What held during an interval between samples.
+  struct Interval {
+    double t = 0.0;   // s, of its begin
+    double dt = 0.0;  // s
+    double u = 0.0;   // N.m
+  };
+
+  double sensor_variance() const {
+    const double sd = settings_->noise.sensor * adaptation_.sensor_factor();
+    return sd * sd;
+  }
+
+  /// Towards `gain` times the innovation's square, over time_s.
+  void follow_model_error(const Innovation& innovation, double t, double gain, double time_s) {
+    const double seen = gain * innovation.value * innovation.value;
+    model_error_ += std::min(1.0, (t - updated_at_) / time_s) * (seen - model_error_);
+    const double least = settings_->noise.model_error.least;
+    model_error_ = std::max(model_error_, least * least);
+    updated_at_ = t;
+  }
+
+  /// An adaptive filter takes what it cannot explain for noise of sensor and torque. The model's
+  /// error only bridges the beginning; while it counts, nothing is learnt but from innovations that
+  /// are beyond it as well.
+  void adapt(const Innovation& innovation, double t) {
+    constexpr double kCounts = 0.01;  // of the sensor's variance
+    constexpr double kBeyond = 9.0;   // normalised innovation squared
+    if (model_error_ < kCounts * sensor_variance() || innovation.nis() > kBeyond)
+      adaptation_.learn(innovation, t - updated_at_);
+    follow_model_error(innovation, t, 0.0, settings_->adaptation.settle_s);
+  }
+
+  int states() const { return filter_.shape().states(); }
+
+  ArmStep<Shape::kStates> arm_step(const Interval& i) const {
+    return {*model_, *coordinates_, settings_->propagation, i.t, i.dt, i.u};
+  }
+
+  ArmSensor arm_sensor() const {
+    return {*model_, *coordinates_, states(), last_.t + last_.dt, last_.u};
   }
 
   void refresh_parameters() {
-    coordinates_->to_physical(belief_.mean.begin() + belief_.shape.states(), parameters_.data());
+    coordinates_->to_physical(filter_.mean().begin() + states(), parameters_.data());
   }
 
   /// Prior deviation of the k-th free coordinate about the believed value.
@@ -168,12 +218,6 @@ class Engine {
     return coordinates_->natural_unit(k, parameters_[coordinates_->unknowns()[k]]);
   }
 
-  void forget(int i, double sd) {
-    for (int k = 0; k < belief_.shape.size(); ++k)
-      belief_.covariance[i][k] = belief_.covariance[k][i] = 0.0;
-    belief_.covariance[i][i] = sd * sd;
-  }
-
   StepNoise<Shape> step_noise(double t, double dt) const {
     const Noise& noise = settings_->noise;
     const auto variance = [&](double density) {
@@ -181,13 +225,14 @@ class Engine {
     };
     const Coefficients<double> c(parameters_.data());
     StepNoise<Shape> sum{};
-    for (int i = 0; i < belief_.shape.states(); ++i) sum[i] = variance(0.0);
-    sum[kSpeedMotor] = variance(c.motor_mobility * noise.motor_torque);
-    sum[kSpeedGear] = variance(c.gear_mobility * noise.gear_torque);
-    sum[kSpeedArm] = variance(c.arm_mobility * noise.arm_torque);
+    for (int i = 0; i < states(); ++i) sum[i] = variance(0.0);
+    const double factor = adaptation_.state_factor();
+    sum[kSpeedMotor] = variance(c.motor_mobility * noise.motor_torque * factor);
+    sum[kSpeedGear] = variance(c.gear_mobility * noise.gear_torque * factor);
+    sum[kSpeedArm] = variance(c.arm_mobility * noise.arm_torque * factor);
     const double walk = noise.parameter_walk.at(t);
     for (int k = 0; k < coordinates_->size(); ++k) {
-      sum[belief_.shape.states() + k] = variance(walk * natural_unit(k));
+      sum[states() + k] = variance(walk * natural_unit(k));
     }
     return sum;
   }
@@ -195,14 +240,13 @@ class Engine {
   const Model* model_;
   const FreeCoordinates* coordinates_;
   const EstimatorSettings* settings_;
-  Rule<Shape> rule_;
-  Linearised<Shape> sensor_;
+  Filter filter_;
   bool acts_on_sensor_ = false;
-  double predicted_to_ = 0.0;  // s
-  double input_ = 0.0;         // N.m, of the last step
-  Gaussian<Shape> belief_;
+  Interval last_;
   std::array<double, kMaxParameters> parameters_{};  // physical, at the belief's mean
   double model_error_;                               // (rad/s)^2, variance
+  NoiseAdaptation adaptation_;
+  bool adapts_ = false;
   double updated_at_ = 0.0;  // s, time of the last measurement that was used
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -39,6 +40,9 @@ class Session {
 
   /// Takes the next sample; its time must be later than that of the last one.
   Estimate step(const Sample& sample);
+
+  /// Which start of the race goes on, once it is decided.
+  std::size_t start() const;
 
   /// The model with the unknown parameters as believed now.
   Model model() const;

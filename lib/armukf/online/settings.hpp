@@ -5,8 +5,9 @@
 #include <string_view>
 #include <vector>
 
+#include "armukf/filter/adaptation.hpp"
 #include "armukf/filter/annealing.hpp"
-#include "armukf/filter/unscented.hpp"
+#include "armukf/filter/sigma_points.hpp"
 #include "armukf/ode/propagate.hpp"
 
 namespace armukf {
@@ -74,7 +75,11 @@ struct EstimatorSettings {
   StatePrior prior;
   Gate gate;
   Race race;
+  Adaptation adaptation;  // of adaptive filters
 };
+
+/// Whether a filter of this name learns the size of the noise.
+bool is_adaptive(std::string_view filter);
 
 /// Names of the filters that `EstimatorSettings::filter` takes.
 std::vector<std::string_view> filter_names();

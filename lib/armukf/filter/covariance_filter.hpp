@@ -1,0 +1,91 @@
+#pragma once
+
+#include <array>
+
+#include "armukf/filter/kalman.hpp"
+#include "armukf/filter/linearised.hpp"
+
+namespace armukf {
+
+/// A measurement that is a row of the belief.
+struct MeasuredRow {
+  int row;
+
+  template <class T>
+  T operator()(const T* x) const {
+    return x[row];
+  }
+};
+
+/// What all filters of this folder offer, by example of those that keep the covariance itself; Rule
+/// is Unscented, Cubature or Linearised. A measurement is a MeasuredRow, which is exact, or any
+/// h(x, theta), which is taken to first order about the mean.
+template <class S, template <class> class Rule>
+class CovarianceFilter {
+ public:
+  using Shape = S;
+  using Row = BeliefRow<Shape>;
+
+  explicit CovarianceFilter(Shape shape = {}, Rule<Shape> rule = Rule<Shape>()) : rule_(rule) {
+    belief_.shape = shape;
+  }
+
+  const Shape& shape() const { return belief_.shape; }
+  Row& mean() { return belief_.mean; }
+  const Row& mean() const { return belief_.mean; }
+  double covariance(int i, int j) const { return belief_.covariance[i][j]; }
+  double deviation(int i) const { return belief_.deviation(i); }
+
+  /// Makes row i independent of all others, with this standard deviation.
+  void forget(int i, double sd) {
+    for (int k = 0; k < shape().size(); ++k)
+      belief_.covariance[i][k] = belief_.covariance[k][i] = 0.0;
+    belief_.covariance[i][i] = sd * sd;
+  }
+
+  /// Moves the belief through f and adds the noise. Returns false, and leaves the belief as it was,
+  /// where the numbers went wrong.
+  template <class F>
+  bool predict(const F& f, const StepNoise<Shape>& noise) {
+    const Image<Shape> image = rule_(belief_, f);
+    if (!is_sound(shape(), image)) return false;
+    move_to(belief_, image, noise);
+    return true;
+  }
+
+  /// The innovation of a measurement y with noise variance R.
+  Innovation innovation(MeasuredRow h, double y, double R) const {
+    return armukf::innovation(belief_, h.row, y, R);
+  }
+  template <class H>
+  Innovation innovation(const H& h, double y, double R) const {
+    return armukf::innovation(belief_, linear_.measurement(shape(), mean(), h), y, R);
+  }
+
+  /// Takes the innovation into the belief. f is that of the last step; only filters that iterate
+  /// need it.
+  template <class F>
+  void update(const F& /*f*/, MeasuredRow h, const Innovation& innovation) {
+    condition(belief_, h.row, innovation);
+  }
+  template <class F, class H>
+  void update(const F& /*f*/, const H& h, const Innovation& innovation) {
+    condition(belief_, linear_.measurement(shape(), mean(), h).covariance(belief_), innovation);
+  }
+
+  const Gaussian<Shape>& belief() const { return belief_; }
+  void believe(const Gaussian<Shape>& belief) { belief_ = belief; }
+
+  /// Where f would take the belief.
+  template <class F>
+  Image<Shape> image(const F& f) const {
+    return rule_(belief_, f);
+  }
+
+ private:
+  Rule<Shape> rule_;
+  Linearised<Shape> linear_;
+  Gaussian<Shape> belief_;
+};
+
+}  // namespace armukf

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "armukf/filter/kalman.hpp"
+
+namespace armukf {
+
+/// Spread of the scaled unscented transform. Source: R. van der Merwe, "Sigma-point Kalman filters
+/// for probabilistic inference in dynamic state-space models", 2004, eq. 3.12-3.15.
+struct UnscentedSpread {
+  double alpha = 1.0;  // distance of the points, in root-n deviations
+  double beta = 2.0;   // 2 is best for a normal distribution
+  double kappa = 0.0;
+};
+
+/// The spread of the cubature filter: points of equal weight, none at the centre.
+/// Source: I. Arasaratnam, S. Haykin, "Cubature Kalman filters", IEEE TAC 54 (2009), eq. 33.
+inline constexpr UnscentedSpread kCubatureSpread{1.0, 0.0, 0.0};
+
+/// Sigma points m, m + c L(:, j), m - c L(:, j), c^2 = n + lambda, with lambda = alpha^2 (n +
+/// kappa)
+/// - n, as lanes: +1 ... +n, then from kHalf on -1 ... -n. All lanes between and after them stand
+/// at the mean, so that f is evaluated where it is defined; the centre point, if it counts, is one.
+template <class Shape, bool Centre>
+class SigmaPoints {
+ public:
+  static constexpr int kHalf = Centre ? padded(Shape::kSize + 1) : Shape::kSize;
+  using Points = Lanes<padded(2 * kHalf)>;
+  using Offsets = std::array<Lanes<padded(kHalf)>, Shape::kSize>;  // c L, by row
+
+  SigmaPoints(const UnscentedSpread& spread, const Shape& shape) {
+    const int n = shape.size();
+    const double scale = spread.alpha * spread.alpha * (n + spread.kappa);  // n + lambda
+    distance = std::sqrt(scale);
+    outer = 0.5 / scale;
+    shift = spread.beta - spread.alpha * spread.alpha;
+    // Without a centre a point may have to stand in for it as the origin of small numbers.
+    origin = n < kHalf ? n : (2 * kHalf < padded(2 * kHalf) ? 2 * kHalf : 0);
+  }
+
+  std::array<Points, Shape::kSize> draw(const Shape& shape, const BeliefRow<Shape>& mean,
+                                        const Offsets& offsets) const {
+    std::array<Points, Shape::kSize> points;
+    for (int i = 0; i < shape.size(); ++i) {
+      if constexpr (kHalf % kPackWidth == 0) {
+        constexpr int kPacks = kHalf / kPackWidth;
+        for (int k = 0; k < kPacks; ++k) {
+          points[i].packs[k] = mean[i] + offsets[i].packs[k];
+          points[i].packs[kPacks + k] = mean[i] - offsets[i].packs[k];
+        }
+      } else {
+        points[i] = Points(mean[i]);
+        for (int k = 0; k < kHalf; ++k) points[i][k] += offsets[i][k];
+        for (int k = 0; k < kHalf; ++k) points[i][kHalf + k] -= offsets[i][k];
+      }
+    }
+    return points;
+  }
+
+  /// Turns the moved points into deviations d from the origin, and returns the mean's distance s
+  /// from it, s = w sum d. With these, mean = origin + s and
+  /// covariance = w sum d d' + shift s s'. Small numbers add up exactly.
+  double centre(Points& moved, double& mean) const {
+    const double middle = moved[origin];
+    moved -= Points(middle);
+    const double s = outer * sum(moved);
+    mean = middle + s;
+    return s;
+  }
+
+  double distance;  // c
+  double outer;     // w, weight of each point but the centre
+  double shift;     // of s s' in the covariance: beta - alpha^2
+  int origin;       // lane
+};
+
+}  // namespace armukf

@@ -1,0 +1,111 @@
+#pragma once
+
+#include <cmath>
+#include <optional>
+
+#include "armukf/online/engine.hpp"
+#include "armukf/online/session.hpp"
+
+namespace armukf {
+
+/// How a belief came from one sample to the next.
+enum class Passage {
+  kMoved,       // by the arm's equations
+  kStatesAnew,  // the states at rest again, the parameters as believed
+  kAllAnew      // the parameters with their prior spread as well
+};
+
+/// What a step made of its sample.
+struct RunnerStep {
+  Status status;
+  Innovation innovation;
+  bool used;  // the measurement has gone into the belief
+
+  /// For the tally and the user, still without what is believed.
+  Estimate estimate(const Sample& sample) const {
+    return {.sample = sample,
+            .predicted = innovation.predicted,
+            .innovation = innovation.value,
+            .innovation_sd = std::sqrt(innovation.variance),
+            .nis = innovation.nis(),
+            .log_likelihood = used ? innovation.log_likelihood() : 0.0,
+            .status = status,
+            .values = {},
+            .deviations = {}};
+  }
+};
+
+/// A filter that goes through the samples, and knows what to do with gaps, missing measurements,
+/// outliers, and numbers that went wrong.
+template <class Filter>
+class Runner {
+ public:
+  Runner(Engine<Filter> engine, const Gate& gate) : engine_(std::move(engine)), gate_(gate) {}
+
+  Engine<Filter>& engine() { return engine_; }
+  const Engine<Filter>& engine() const { return engine_; }
+
+  /// Of all measurements that were used.
+  double log_likelihood() const { return log_likelihood_; }
+
+  /// Of the last step.
+  Passage passage() const { return passage_; }
+
+  RunnerStep step(const Sample& sample) {
+    if (!last_) first_time_ = sample.t;
+    const Status before = predict(sample);
+    const Innovation innovation = engine_.innovation(sample.y);
+    const Status after = update(sample, innovation);
+    last_ = sample;
+    return {before == Status::kOk ? after : before, innovation, after == Status::kOk};
+  }
+
+ private:
+  /// Brings the belief to the sample's time.
+  Status predict(const Sample& sample) {
+    passage_ = Passage::kStatesAnew;
+    if (!last_) {
+      engine_.believe_rest(sample.y);
+      return Status::kOk;
+    }
+    const double dt = sample.t - last_->t;
+    if (dt > gate_.longest_gap_s) {
+      engine_.believe_rest(sample.y);
+      return Status::kGap;
+    }
+    if (engine_.predict(last_->t - first_time_, dt, last_->u)) {
+      passage_ = Passage::kMoved;
+      return Status::kOk;
+    }
+    passage_ = Passage::kAllAnew;
+    engine_.restart(sample.y);
+    return Status::kReset;
+  }
+
+  Status update(const Sample& sample, const Innovation& innovation) {
+    const double t = sample.t - first_time_;
+    if (std::isnan(sample.y)) return Status::kMissing;
+    if (innovation.nis() > gate_.nis) {
+      engine_.reject(innovation, t);
+      if (++rejected_in_a_row_ < gate_.patience) return Status::kRejected;
+      rejected_in_a_row_ = 0;
+      engine_.believe_rest(sample.y);
+      if (passage_ == Passage::kMoved) passage_ = Passage::kStatesAnew;
+      return Status::kReset;
+    }
+    rejected_in_a_row_ = 0;
+    log_likelihood_ += innovation.log_likelihood();
+    engine_.update(innovation, t);
+    return Status::kOk;
+  }
+
+  Engine<Filter> engine_;
+  Gate gate_;
+  std::optional<Sample> last_;
+  double first_time_ = 0.0;
+  double log_likelihood_ = 0.0;
+  int rejected_in_a_row_ = 0;
+  Passage passage_ = Passage::kStatesAnew;
+};
+
+}  // namespace armukf

@@ -1,0 +1,211 @@
+#include "armukf/online/smoother.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "armukf/core/error.hpp"
+#include "armukf/filter/smoothing.hpp"
+#include "armukf/online/filters.hpp"
+#include "armukf/online/race.hpp"
+#include "armukf/online/runner.hpp"
+
+namespace armukf {
+namespace {
+
+/// The model with the parameters that the filter ends with.
+Model estimated(const Model& model, const EstimatorSettings& settings,
+                std::span<const Sample> samples) {
+  Session session(model, settings);
+  for (const Sample& sample : samples) session.step(sample);
+  return session.model();
+}
+
+/// Which start wins the race; the others need no memory of what they believed.
+std::size_t winner(const Model& model, const EstimatorSettings& settings,
+                   std::span<const Sample> samples) {
+  Session session(model, settings);
+  for (const Sample& sample : samples) {
+    session.step(sample);
+    if (sample.t - samples.front().t >= settings.race.duration_s) break;
+  }
+  return session.start();
+}
+
+void check_smoother(const std::string& filter) {
+  if (filter != "ukf" && filter != "ekf" && filter != "ckf")
+    throw InputError(
+        fmt::format("the smoother takes the filters ukf, ekf and ckf, not {}", filter));
+}
+
+/// Beliefs of all samples, each packed as its mean and the lower half of its covariance.
+template <class Shape>
+class History {
+ public:
+  History(Shape shape, std::size_t samples) : shape_(shape) {
+    numbers_.reserve(samples * size());
+    passages_.reserve(samples);
+  }
+
+  void add(const Gaussian<Shape>& belief, Passage passage) {
+    const int n = shape_.size();
+    numbers_.insert(numbers_.end(), belief.mean.begin(), belief.mean.begin() + n);
+    for (int i = 0; i < n; ++i)
+      numbers_.insert(numbers_.end(), belief.covariance[i].begin(),
+                      belief.covariance[i].begin() + i + 1);
+    passages_.push_back(passage);
+  }
+
+  Gaussian<Shape> belief(std::size_t k) const {
+    Gaussian<Shape> belief;
+    belief.shape = shape_;
+    const double* next = numbers_.data() + k * size();
+    for (int i = 0; i < shape_.size(); ++i) belief.mean[i] = *next++;
+    for (int i = 0; i < shape_.size(); ++i)
+      for (int j = 0; j <= i; ++j) belief.covariance[i][j] = belief.covariance[j][i] = *next++;
+    return belief;
+  }
+
+  /// How belief k came about.
+  Passage passage(std::size_t k) const { return passages_[k]; }
+
+ private:
+  std::size_t size() const {
+    const auto n = static_cast<std::size_t>(shape_.size());
+    return n + n * (n + 1) / 2;
+  }
+
+  Shape shape_;
+  std::vector<double> numbers_;
+  std::vector<Passage> passages_;
+};
+
+/// The belief about the parameters after the states have started anew: these tell nothing, and so
+/// stand where they will be found.
+template <class Shape>
+Gaussian<Shape> with_states_anew(Gaussian<Shape> belief, const Gaussian<Shape>& after) {
+  for (int i = 0; i < belief.shape.states(); ++i) {
+    belief.mean[i] = after.mean[i];
+    belief.covariance[i] = BeliefRow<Shape>{};
+    for (auto& row : belief.covariance) row[i] = 0.0;
+    for (int j = 0; j < belief.shape.states(); ++j)
+      belief.covariance[i][j] = after.covariance[i][j];
+  }
+  return belief;
+}
+
+template <class Filter>
+class Smoother {
+ public:
+  using Shape = typename Filter::Shape;
+
+  Smoother(const Model& model, const FreeCoordinates& coordinates,
+           const EstimatorSettings& settings, Filter filter, std::span<const Sample> samples,
+           const SmoothingProgress& progress)
+      : coordinates_(coordinates),
+        runner_(Engine(model, coordinates, settings, filter), settings.gate),
+        history_(filter.shape(), samples.size()),
+        samples_(samples),
+        progress_(progress) {
+    runner_.engine().believe_parameters(start_values(model, settings.race.starts.front()));
+  }
+
+  SmoothedRecord run() {
+    forwards();
+    backwards();
+    return std::move(result_);
+  }
+
+ private:
+  void forwards() {
+    for (std::size_t k = 0; k < samples_.size(); ++k) {
+      const RunnerStep step = runner_.step(samples_[k]);
+      history_.add(runner_.engine().filter().belief(), runner_.passage());
+      result_.statuses.push_back(step.status);
+      result_.tally.add(step.estimate(samples_[k]));
+      tell(0.5 * static_cast<double>(k) / static_cast<double>(samples_.size()), k);
+    }
+  }
+
+  void backwards() {
+    const std::size_t count = samples_.size();
+    result_.columns = static_cast<std::size_t>(runner_.engine().filter().shape().size());
+    result_.values.resize(count * result_.columns);
+    result_.deviations.resize(result_.values.size());
+    Gaussian<Shape> smoothed;
+    for (std::size_t k = count; k-- > 0;) {
+      Gaussian<Shape> belief = history_.belief(k);
+      if (k + 1 < count) look_back(k, belief, smoothed);
+      smoothed = belief;
+      report(k, smoothed);
+      tell(1.0 - 0.5 * static_cast<double>(k) / static_cast<double>(count), k);
+    }
+  }
+
+  /// belief: filtered at k, becomes smoothed.
+  void look_back(std::size_t k, Gaussian<Shape>& belief, const Gaussian<Shape>& after) {
+    const Passage passage = history_.passage(k + 1);
+    if (passage == Passage::kAllAnew) return;
+    if (passage == Passage::kStatesAnew) {
+      step_(belief, with_states_anew(belief, after), Image<Shape>(), after);
+      return;
+    }
+    const Sample& sample = samples_[k];
+    const auto [image, predicted] = runner_.engine().prediction(
+        belief, sample.t - samples_.front().t, samples_[k + 1].t - sample.t, sample.u);
+    step_(belief, predicted, image, after);
+  }
+
+  void report(std::size_t k, const Gaussian<Shape>& belief) {
+    double* values = result_.values.data() + k * result_.columns;
+    double* deviations = result_.deviations.data() + k * result_.columns;
+    const int s = belief.shape.states();
+    for (int i = 0; i < s; ++i) {
+      values[i] = belief.mean[i];
+      deviations[i] = belief.deviation(i);
+    }
+    std::array<double, kMaxParameters> p;
+    coordinates_.to_physical(belief.mean.begin() + s, p.data());
+    for (int j = 0; j < coordinates_.size(); ++j) values[s + j] = p[coordinates_.unknowns()[j]];
+    coordinates_.deviations(
+        p.data(), [&](int i, int j) { return belief.covariance[s + i][s + j]; }, deviations + s);
+  }
+
+  void tell(double share, std::size_t k) const {
+    if (progress_ && k % 4096 == 0) progress_(share);
+  }
+
+  const FreeCoordinates& coordinates_;
+  Runner<Filter> runner_;
+  History<Shape> history_;
+  std::span<const Sample> samples_;
+  const SmoothingProgress& progress_;
+  SmoothingStep<Shape> step_;
+  SmoothedRecord result_;
+};
+
+}  // namespace
+
+SmoothedRecord smooth(Model model, const EstimatorSettings& settings,
+                      std::span<const Sample> samples, int passes,
+                      const SmoothingProgress& progress) {
+  check_smoother(settings.filter);
+  for (int pass = 1; pass < passes; ++pass) model = estimated(model, settings, samples);
+  const FreeCoordinates coordinates(model);
+  EstimatorSettings alone = settings;
+  alone.race.starts = {settings.race.starts[winner(model, settings, samples)]};
+  const auto run = [&](auto filter) {
+    return Smoother(model, coordinates, alone, filter, samples, progress).run();
+  };
+  return with_shape(model, coordinates, [&](auto shape) {
+    using Shape = decltype(shape);
+    if (settings.filter == "ukf")
+      return run(Ukf<Shape>(shape, Unscented<Shape>(settings.spread, shape)));
+    if (settings.filter == "ekf") return run(Ekf<Shape>(shape));
+    if (settings.filter == "ckf") return run(Ckf<Shape>(shape, Cubature<Shape>(shape)));
+    throw InputError(
+        fmt::format("the smoother takes the filters ukf, ekf and ckf, not {}", settings.filter));
+  });
+}
+
+}  // namespace armukf

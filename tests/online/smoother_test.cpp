@@ -1,0 +1,96 @@
+#include "armukf/online/smoother.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "armukf/batch/experiment.hpp"
+#include "armukf/core/error.hpp"
+
+namespace armukf {
+namespace {
+
+constexpr double kSensor = 0.1;       // rad/s
+constexpr double kDisturbance = 0.2;  // N.m, per sample
+
+/// Settings that know the noise.
+EstimatorSettings honest(const std::string& filter) {
+  EstimatorSettings settings;
+  settings.filter = filter;
+  settings.noise.sensor = kSensor;
+  settings.noise.motor_torque = kDisturbance * std::sqrt(5e-4);
+  settings.noise.gear_torque = 0.0;
+  settings.noise.model_error = {.start = 16.0, .least = 0.0, .gain = 0.0, .time_s = 0.03};
+  settings.noise.parameter_walk = {.start = 0.42, .floor = 0.0, .time_s = 1.0};
+  return settings;
+}
+
+SimulatedExperiment experiment(int samples) {
+  ExperimentSettings settings;
+  settings.samples = samples;
+  settings.sensor_noise = kSensor;
+  settings.torque_disturbance = kDisturbance;
+  return simulate_experiment(published_estimate(), settings);
+}
+
+class Smoother : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(Smoother, KnowsEveryStateBetterThanTheFilter) {
+  const SimulatedExperiment truth = experiment(10000);
+  const EstimatorSettings settings = honest(GetParam());
+  const SmoothedRecord smoothed = smooth(published_arm(), settings, truth.record.samples);
+  Session filter(published_arm(), settings);
+  std::array<double, kArmStates> filtered2{};
+  std::array<double, kArmStates> smoothed2{};
+  for (std::size_t k = 0; k < truth.states.size(); ++k) {
+    const Estimate estimate = filter.step(truth.record.samples[k]);
+    for (int i = 0; i < kArmStates; ++i) {
+      filtered2[i] += std::pow(estimate.values[i] - truth.states[k][i], 2);
+      smoothed2[i] += std::pow(smoothed.values_at(k)[i] - truth.states[k][i], 2);
+      ASSERT_GT(smoothed.deviations_at(k)[i], 0.0);
+    }
+  }
+  for (int i = 0; i < kArmStates; ++i) EXPECT_LT(smoothed2[i], filtered2[i]) << i;
+}
+
+TEST_P(Smoother, EndsWithTheFilter) {
+  const std::vector<Sample> samples = experiment(800).record.samples;
+  const EstimatorSettings settings = honest(GetParam());
+  const SmoothedRecord smoothed = smooth(published_arm(), settings, samples, 1);
+  Session filter(published_arm(), settings);
+  Estimate last{};
+  for (const Sample& sample : samples) last = filter.step(sample);
+  for (std::size_t i = 0; i < smoothed.columns; ++i) {
+    EXPECT_DOUBLE_EQ(smoothed.values_at(799)[i], last.values[i]);
+    EXPECT_DOUBLE_EQ(smoothed.deviations_at(799)[i], last.deviations[i]);
+  }
+}
+
+TEST_P(Smoother, CarriesParametersAndNoStatesOverAGap) {
+  std::vector<Sample> samples = experiment(800).record.samples;
+  samples.erase(samples.begin() + 300, samples.begin() + 500);
+  samples[100].y = std::numeric_limits<double>::quiet_NaN();
+  const SmoothedRecord smoothed = smooth(published_arm(), honest(GetParam()), samples, 1);
+  EXPECT_EQ(smoothed.statuses[300], Status::kGap);
+  EXPECT_EQ(smoothed.statuses[100], Status::kMissing);
+  const std::vector<Sample> before(samples.begin(), samples.begin() + 300);
+  const SmoothedRecord alone = smooth(published_arm(), honest(GetParam()), before, 1);
+  const auto relative = [](const SmoothedRecord& r, std::size_t i) {
+    return r.deviations_at(299)[i] / r.values_at(299)[i];
+  };
+  for (std::size_t i = kArmStates; i < smoothed.columns; ++i)
+    EXPECT_LT(relative(smoothed, i), relative(alone, i)) << i;
+  for (const double sd : smoothed.deviations) ASSERT_TRUE(sd >= 0.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryFilter, Smoother, ::testing::Values("ukf", "ekf", "ckf"));
+
+TEST(Smoother, RefusesFiltersWithoutCovariance) {
+  EXPECT_THROW(smooth(published_arm(), honest("srukf"), experiment(10).record.samples), InputError);
+}
+
+}  // namespace
+}  // namespace armukf
