@@ -11,23 +11,16 @@ status 77). The program is build/release/bin/armukf, or --program. Exit status 1
 """
 
 import argparse
-import json
-import math
 import os
 import random
 import statistics
-import subprocess
 import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-TRUTH = {"a_m": 0.266479, "a_g": 0.647533, "k_g1": 20.0774, "k_g3": 24.178,
-         "d_g": 0.030513, "k_a": 11.7552, "d_a": 0.00283465}
-START = {"a_m": 0.17910964111956, "a_g": 0.61206166914114, "k_g1": 20.59269827430799,
-         "k_g3": 10.0, "d_g": 0.0624181404729, "k_a": 20.23072060978318, "d_a": 0.00987527995798}
-START_SPREAD = {"a_m": 0.2, "a_g": 0.1, "k_g1": 0.15, "k_g3": 0.5, "d_g": 0.4, "k_a": 0.3, "d_a": 0.5}
+from sweeps import PROGRAM, ROOT, START, START_SPREAD, TRUTH, armukf, drawn_about, physical, simulate
+
 # Batch estimate of the measured record, five initial states free.
 MEASURED_BATCH = {"a_m": 0.266, "a_g": 0.651, "k_g1": 19.99, "k_a": 11.4, "d_g": 0.0308}
 SKIPPED = 77
@@ -44,28 +37,9 @@ class Checks:
         print(f"  {'ok    ' if holds else 'MISSED'}  {text}", flush=True)
 
 
-def armukf(program, *arguments):
-    """The JSON that a command prints."""
-    done = subprocess.run([program, *map(str, arguments), "--json", "-", "--quiet"],
-                          capture_output=True, text=True, check=True)
-    return json.loads(done.stdout)
-
-
 def in_parallel(job, items):
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return list(pool.map(job, items))
-
-
-def simulate(program, path, seed, noise, disturbance=0.0):
-    subprocess.run([program, "simulate", "-o", path, "--seed", str(seed), "--sensor-noise", str(noise),
-                    "--torque-disturbance", str(disturbance), "--quiet"], check=True)
-    return path
-
-
-def physical(result):
-    p = {name: entry["value"] for name, entry in result["parameters"].items()}
-    finite = all(math.isfinite(v) and v >= 0 for v in p.values())
-    return finite and p["a_m"] + p["a_g"] < 1 and math.isfinite(result["simulation"]["fit_percent"])
 
 
 def errors_in_percent(results, name):
@@ -160,17 +134,10 @@ def measured(options, checks):
                           f"three passes: {p} {deviation(three, p):.1f} % from batch ({bound})")
 
 
-def random_start(draw):
-    while True:
-        start = {p: value * math.exp(draw.gauss(0, START_SPREAD[p])) for p, value in START.items()}
-        if start["a_m"] + start["a_g"] <= 0.95:
-            return start
-
-
 def random_starts(options, checks):
     record = measured_record()
     draw = random.Random(options.seed)
-    starts = [random_start(draw) for _ in range(100)]
+    starts = [drawn_about(START, START_SPREAD, draw) for _ in range(100)]
     for name in options.filters:
         def run(start):
             values = [word for p, v in start.items() for word in ("--set", f"{p}={v!r}")]
@@ -190,7 +157,7 @@ def main():
             "random-starts": random_starts}
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("job", choices=jobs)
-    parser.add_argument("--program", default=str(ROOT / "build/release/bin/armukf"))
+    parser.add_argument("--program", default=str(PROGRAM))
     parser.add_argument("--filters", nargs="+", default=["ukf", "ekf"])
     parser.add_argument("--seed", type=int, default=1, help="of the random starts")
     options = parser.parse_args()

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """The scripts that a user calls, from outside: scripts_test.py PROGRAM"""
 
+import json
 import subprocess
 import sys
 import tempfile
@@ -12,6 +13,9 @@ from scipy import io
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 PROGRAM = sys.argv.pop(1) if len(sys.argv) > 1 else "build/release/bin/armukf"
+PROGRAM_PATH = Path(PROGRAM).resolve()
+KNOWN = (SCRIPTS.parent / "data/known_noise.toml").read_text().replace("sensor = 0.05", "sensor = 1.0").replace(
+    "motor_torque = 0.0 ", "motor_torque = 0.00447 ")
 
 
 def run(*words, **options):
@@ -107,6 +111,83 @@ class ImportRobotarm(InFolder):
         self.content["yv3"] = np.zeros((7, 1))
         self.save()
         self.expect_refused("data.mat: uv3 has 20 samples, yv3 7", script, "data.mat")
+
+
+class Sweeps(InFolder):
+    """tune.py, montecarlo.py and compare.py over a few short runs."""
+
+    def setUp(self):
+        super().setUp()
+        for seed in (1, 2):
+            done = run(PROGRAM, "simulate", "-o", f"{seed}.csv", "--seed", seed, "--sensor-noise", 0.1,
+                       "--torque-disturbance", 0.2, "--samples", 6000, cwd=self.folder)
+            self.assertEqual(done.returncode, 0, done.stderr)
+
+    def script(self, name, *words):
+        done = run("/usr/bin/python3", SCRIPTS / name, *words, "--program", PROGRAM_PATH, "--json", "out.json",
+                   cwd=self.folder)
+        self.assertEqual((done.returncode, done.stderr), (0, ""), name)
+        return json.loads((self.folder / "out.json").read_text())
+
+    def tuned(self, *words):
+        return self.script("tune.py", "1.csv", "--validate", "2.csv", "--model", "known.toml", "--tune",
+                           "noise.sensor", "--starts", 2, "--rounds", 3, *words)
+
+    def test_tuning_finds_the_sensor_noise_and_writes_a_model(self):
+        (self.folder / "known.toml").write_text(KNOWN)
+        result = self.tuned("--save", "tuned.toml", "--state", "state.jsonl")
+        self.assertAlmostEqual(result["tuned"]["noise.sensor"]["value"], 0.1, delta=0.01)
+        self.assertFalse(result["tuned"]["noise.sensor"]["at_bound"])
+        self.assertGreater(result["after"]["validation"]["log_likelihood_per_sample"],
+                           result["before"]["validation"]["log_likelihood_per_sample"])
+        taken = run(PROGRAM_PATH, "estimate", "2.csv", "--model", "tuned.toml", "--score", cwd=self.folder)
+        score = json.loads(taken.stdout)["parts"][0]
+        self.assertAlmostEqual(score["log_likelihood_per_sample"],
+                               result["after"]["validation"]["log_likelihood_per_sample"])
+
+    def test_killed_run_goes_on_to_the_same_result(self):
+        (self.folder / "known.toml").write_text(KNOWN)
+        whole = self.tuned("--state", "state.jsonl")
+        lines = (self.folder / "state.jsonl").read_text().splitlines()
+        self.assertGreaterEqual(len(lines), 2)
+        # As a kill leaves it: one round done, the next line cut short.
+        (self.folder / "state.jsonl").write_text(lines[0] + "\n" + lines[1][:40])
+        self.assertEqual(self.tuned("--state", "state.jsonl", "--workers", 1), whole)
+
+    def test_value_at_its_bound_is_said(self):
+        (self.folder / "known.toml").write_text(KNOWN)
+        done = run("/usr/bin/python3", SCRIPTS / "tune.py", "1.csv", "--validate", "2.csv", "--model",
+                   "known.toml", "--tune", "noise.arm_torque", "--starts", 1, "--program", PROGRAM_PATH,
+                   cwd=self.folder)
+        self.assertIn("at its bound: the records do not determine it", done.stdout, done.stderr)
+
+    def test_monte_carlo_repeats_itself_with_any_workers(self):
+        words = ("--seeds", 2, "--arms", 2, "--filters", "ekf", "--settings", "known", "default")
+        one = self.script("montecarlo.py", *words, "--workers", 1)
+        self.assertEqual(self.script("montecarlo.py", *words, "--workers", 2), one)
+        self.assertEqual([s["runs"] for s in one.values()], [4, 4])
+        self.assertEqual(one["ekf, known settings"]["lost"], 0)
+
+    def test_comparison_makes_table_and_picture(self):
+        result = self.script("compare.py", "1.csv", "2.csv", "--starts", 2, "--filters", "ekf", "--picture",
+                             "compare.png")
+        self.assertEqual(result["ekf"]["runs"], 4)
+        self.assertLess(result["ekf"]["parameters"]["a_m"]["median_difference_percent"], 5.0)
+        self.assertTrue((self.folder / "compare.png").read_bytes().startswith(b"\x89PNG"))
+
+    def test_wrong_input_takes_one_line(self):
+        self.expect_refused("tune.py: --tune: unknown 'noise.senor'; known are: noise.sensor, "
+                            "noise.motor_torque, noise.gear_torque, noise.arm_torque, "
+                            "noise.model_error.start, noise.model_error.least, noise.model_error.gain, "
+                            "noise.model_error.time_s, noise.parameter_walk.start, "
+                            "noise.parameter_walk.floor, noise.parameter_walk.time_s, prior.twist, "
+                            "prior.speed", SCRIPTS / "tune.py", "1.csv", "--tune", "noise.senor")
+        self.expect_refused("tune.py: nowhere.csv: No such file or directory", SCRIPTS / "tune.py",
+                            "nowhere.csv", "--program", PROGRAM_PATH)
+        self.expect_refused("compare.py: nowhere.csv: no such file", SCRIPTS / "compare.py", "nowhere.csv")
+        self.expect_refused("montecarlo.py: no Dask scheduler at tcp://127.0.0.1:9: Timed out trying to "
+                            "connect to tcp://127.0.0.1:9 after 5 s", SCRIPTS / "montecarlo.py",
+                            "--scheduler", "tcp://127.0.0.1:9")
 
 
 if __name__ == "__main__":
