@@ -13,7 +13,7 @@ namespace {
 
 TEST_F(Program, HelpAndVersionEndWellForTheProgramAndItsCommands) {
   for (const char* command :
-       {"", "estimate", "simulate", "fit", "evaluate", "compare", "diagnose"}) {
+       {"", "estimate", "simulate", "fit", "evaluate", "compare", "diagnose", "smooth"}) {
     const Outcome help = run(fmt::format("{} --help", command));
     EXPECT_EQ(help.status, 0) << command;
     EXPECT_NE(help.output.find("--version"), std::string::npos) << command;

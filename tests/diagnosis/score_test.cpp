@@ -35,7 +35,7 @@ struct Case {
 Score score_of(const Case& c, const char* effect, double harmonic = 1.0) {
   const ScoreTest test(c.base, c.record.samples, {});
   Score best;
-  for (const Trial& trial : trials_of(effect, c.base.model, {harmonic}))
+  for (const Trial& trial : trials_of(effect, c.base.model, {{harmonic}, {}}))
     if (const Score score = test(trial); score.gain > best.gain) best = score;
   return best;
 }
@@ -78,7 +78,7 @@ TEST(Score, OfAnEffectOfTheAngleFindsItsPhase) {
 }
 
 TEST(Trials, HaveTheirSizesAtZeroAndTheirShapesOnTheGrid) {
-  const std::vector<Trial> all = trials_for(published_estimate(), {1.0, 6.0});
+  const std::vector<Trial> all = trials_for(published_estimate(), {{1.0, 6.0}, {5.5}});
   for (const std::string_view effect : effect_names())
     EXPECT_TRUE(std::ranges::any_of(all, [&](const Trial& t) { return t.effect == effect; }))
         << effect;
@@ -93,7 +93,7 @@ TEST(Trials, HaveTheirSizesAtZeroAndTheirShapesOnTheGrid) {
 TEST(Trials, LeaveOutWhatTheModelHas) {
   Model model = published_estimate();
   model.add_effect("backlash");
-  for (const Trial& trial : trials_for(model, {1.0})) EXPECT_NE(trial.effect, "backlash");
+  for (const Trial& trial : trials_for(model, {{1.0}, {}})) EXPECT_NE(trial.effect, "backlash");
 }
 
 }  // namespace

@@ -279,7 +279,7 @@ TEST(SquareRootFilter, KeepsDefinitenessWhereVariancesSpreadWidely) {
       const Vector unit = P.diagonal().array().rsqrt();
       const Matrix correlation = unit.asDiagonal() * P * unit.asDiagonal();
       const double least =
-          Eigen::SelfAdjointEigenSolver<Matrix>(correlation).eigenvalues().minCoeff();
+          Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(correlation).eigenvalues().minCoeff();
       ASSERT_GT(least, -1e-14) << k;
     }
   }

@@ -21,6 +21,12 @@ struct InnovationSums {
   double nis = 0.0;
   double log_variance = 0.0;
 
+  void add(const Innovation& innovation) {
+    nis += innovation.nis();
+    log_variance += std::log(innovation.variance);
+    count += 1.0;
+  }
+
   /// The sensor's variance with which the mean NIS is 1.
   double sensor_variance() const { return nis / count; }
 
@@ -35,9 +41,13 @@ using ArmShape = FixedShape<kArmStates, 0>;
 using FewShape = BoundedShape<8, 8>;
 using AnyShape = BoundedShape<kMaxStates, kMaxStates>;
 
-/// Prior deviations of the initial states; they fade within a second.
-constexpr double kTwistSd = 0.3;  // rad
-constexpr double kSpeedSd = 5.0;  // rad/s
+/// Prior deviations of the initial states; they fade within a second. Until then they count for
+/// nothing in the sums: in units of the sensor's noise, which is not known yet, they may be far
+/// off.
+constexpr double kTwistSd = 0.3;    // rad
+constexpr double kSpeedSd = 5.0;    // rad/s
+constexpr double kFadedS = 1.0;     // s
+constexpr double kMostFaded = 0.1;  // of a short record
 
 /// What the filter needs to know of a record.
 struct Setting {
@@ -141,6 +151,9 @@ InnovationSums filter(const Setting& setting, Shape shape, double density, Visit
   const StepNoise<Shape> noise = noise_per_second<Shape>(setting.model, density);
   Gaussian<Shape> belief = first_belief(setting, shape);
   InnovationSums sums;
+  const std::vector<Sample>& samples = setting.samples;
+  const double begin = samples.front().t;
+  const double faded = begin + std::min(kFadedS, kMostFaded * (samples.back().t - begin));
   for (std::size_t k = 0; k < setting.samples.size(); ++k) {
     if (k > 0) {
       const auto f = [&](const Number* x, const Number* /*unknowns*/) {
@@ -155,9 +168,7 @@ InnovationSums filter(const Setting& setting, Shape shape, double density, Visit
     const double y = setting.samples[k].y;
     if (!std::isnan(y)) {
       const Innovation seen = updated(belief, rule, step, k, y);
-      sums.nis += seen.nis();
-      sums.log_variance += std::log(seen.variance);
-      sums.count += 1.0;
+      if (samples[k].t >= faded) sums.add(seen);
     }
     visit(k, belief.mean);
   }

@@ -21,7 +21,7 @@ struct Prediction {
   std::vector<double> y;  // rad/s; the first `horizon` ones are simulated from the initial states
   double sensor_sd;       // rad/s, so that the mean NIS is 1
   double torque_density;  // N.m.s^1/2, at each mass
-  double log_likelihood;  // of the innovations one sample ahead, with that noise
+  double log_likelihood;  // of the innovations one sample ahead after the first second
 };
 
 Prediction predict_ahead(const Model& model, const std::vector<double>& x0,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 
@@ -34,6 +35,7 @@ constexpr double kPerParameter = 0.03;  // of the help, the price of each furthe
 constexpr double kHopelessFit = 20.0;   // percent
 constexpr std::size_t kFewestSamples = 1000;
 constexpr double kHighestHarmonic = 100.0;  // 1/rad
+constexpr double kHighestMode = 120.0;      // Hz
 constexpr double kLinePower = 6.0;
 constexpr int kMostLines = 3;
 constexpr double kAgree = 0.5;  // of an effect's size, by which two records may differ
@@ -84,24 +86,35 @@ std::vector<double> one_step_errors(const FittedModel& fit, const Record& record
   return e;
 }
 
-/// Harmonics of the motor's angle that stand out of the innovations; the first two in any case.
-std::vector<double> harmonics_of(const FittedModel& fit, const Setting& s) {
+std::vector<double> times_of(const std::vector<Sample>& samples) {
+  std::vector<double> t;
+  t.reserve(samples.size());
+  for (const Sample& sample : samples) t.push_back(sample.t);
+  return t;
+}
+
+/// Harmonics of the motor's angle that stand out of the innovations or of the residual, the first
+/// two in any case, and frequencies that stand out of the residual.
+Suggested suggested_by(const FittedModel& fit, const Setting& s) {
   const std::vector<double> angle = motor_angle(s.estimation.samples);
   const std::vector<double> e = one_step_errors(fit, s.estimation, s.propagation);
-  std::vector<double> harmonics{1.0, 2.0};
+  Suggested suggested{{1.0, 2.0}, {}};
   for (const SpectralLine& line :
        lines_over_angle(angle, e, kHighestHarmonic, kLinePower, kMostLines))
-    harmonics.push_back(line.frequency);
+    suggested.harmonics.push_back(line.frequency);
   for (const SpectralLine& line :
        lines_over_angle(angle, fit.residual, kHighestHarmonic, kLinePower, kMostLines))
-    harmonics.push_back(line.frequency);
-  return harmonics;
+    suggested.harmonics.push_back(line.frequency);
+  for (const SpectralLine& line : lines_over_time(times_of(s.estimation.samples), fit.residual,
+                                                  kHighestMode, kLinePower, kMostLines))
+    suggested.frequencies.push_back(line.frequency);
+  return suggested;
 }
 
 /// The best trial of each effect, by what it would gain, corrected for the number of all trials.
 std::vector<Scored> best_trials(const Fits& now, const Setting& s) {
   const std::vector<Trial> trials =
-      trials_for(now.estimation.model, harmonics_of(now.estimation, s));
+      trials_for(now.estimation.model, suggested_by(now.estimation, s));
   const ScoreTest test(now.estimation, s.estimation.samples, s.propagation);
   std::map<std::string, Scored> best;
   for (const Trial& trial : trials) {
@@ -163,10 +176,10 @@ double sureness(const std::vector<double>& before, const std::vector<double>& af
 }
 
 /// Whether a fit to the validation record gives the effect about the same sizes.
-bool sizes_agree(const Refit& refit, const Setting& s) {
+bool sizes_agree(const Refit& refit, const Setting& s, int iterations) {
   const FittedModel& here = refit.fits.estimation;
   const FittedModel there =
-      fitted(here.model, refit.fits.validation.x0, s.validation, s.propagation, kShort);
+      fitted(here.model, refit.fits.validation.x0, s.validation, s.propagation, iterations);
   const auto sd = [](const FittedModel& fit, int position) {
     const auto at = std::ranges::find(fit.parameters, position, &ParameterEstimate::position);
     return at == fit.parameters.end() ? 0.0 : at->coloured_sd;
@@ -186,13 +199,21 @@ bool sizes_agree(const Refit& refit, const Setting& s) {
   return agrees;
 }
 
-bool helps(const Refit& refit, const Fits& now, const Setting& s) {
+/// iterations: of the fit to the validation record, as of the refit.
+bool helps(const Refit& refit, const Fits& now, const Setting& s, int iterations) {
   const double after = refit.fits.validation.mse;
   const double before = now.validation.mse;
   if (!(refit.fits.estimation.mse < now.estimation.mse)) return false;
   if (!(after < (1.0 - kLeastHelp) * before)) return false;
   return sureness(now.validation.residual, refit.fits.validation.residual) > kSurelyHelps &&
-         sizes_agree(refit, s);
+         sizes_agree(refit, s, iterations);
+}
+
+/// The same once the refit has run to its end: half-way its sizes may still disagree.
+bool helps_when_finished(Refit& refit, const Fits& now, const Setting& s) {
+  refit.fits = fits_from(refit.fits.estimation.model, refit.fits.estimation.x0, s, kLong);
+  refit.help = refit.fits.help(now);
+  return helps(refit, now, s, kLong);
 }
 
 /// The help less what its parameters cost: of two explanations alike the simpler one goes first.
@@ -312,7 +333,25 @@ Measures measures_of(const FittedModel& fit, const Record& record, const Propaga
   return {fit.fit_percent, fit.mse, std::sqrt(sum / count), p.log_likelihood, ljung_box_p(e)};
 }
 
+/// Refuses a record in which torque or speed stand still.
+void check_excitation(const Record& record) {
+  const auto check = [&](double Sample::*column, std::string_view name) {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (const Sample& sample : record.samples) {
+      if (std::isnan(sample.*column)) continue;
+      low = std::min(low, sample.*column);
+      high = std::max(high, sample.*column);
+    }
+    if (!(high > low))
+      throw InputError(record.name, 0, name, "does not vary: there is nothing to be told from it");
+  };
+  check(&Sample::u, "u");
+  check(&Sample::y, "y");
+}
+
 void check_records(const Record& estimation, const Record& validation) {
+  for (const Record* record : {&estimation, &validation}) check_excitation(*record);
   for (const Record* record : {&estimation, &validation})
     if (record->samples.size() < kFewestSamples)
       throw InputError(record->name, 0, "y",
@@ -327,7 +366,7 @@ void check_records(const Record& estimation, const Record& validation) {
 }
 
 void check_fit(const FittedModel& fit, const Record& record, std::string_view what) {
-  if (fit.fit_percent < kHopelessFit || !std::isfinite(fit.mse))
+  if (!(fit.fit_percent >= kHopelessFit && std::isfinite(fit.mse)))
     throw InputError(record.name, 0, "y",
                      fmt::format("{} explains {:.0f} % of it: another arm, or wrong columns?", what,
                                  std::max(0.0, fit.fit_percent)));
@@ -360,12 +399,14 @@ Diagnosis trace(const Model& model, const Record& estimation, const Record& vali
     const double behind = static_cast<double>(round) / (settings.most_effects + 2);
     say(fmt::format("round {}: scores", round), behind);
     const std::vector<Scored> scored = best_trials(now, s);
-    const std::vector<Refit> refits = refits_of(scored, now, s, [&](double share) {
+    std::vector<Refit> refits = refits_of(scored, now, s, [&](double share) {
       say(fmt::format("round {}: refits", round), behind + share / (settings.most_effects + 2));
     });
     note_candidates(scored, refits, now, round, diagnosis.candidates);
-    const auto chosen =
-        std::ranges::find_if(refits, [&](const Refit& refit) { return helps(refit, now, s); });
+    const auto chosen = std::ranges::find_if(refits, [&](Refit& refit) {
+      return helps(refit, now, s, kShort) ||
+             (&refit == refits.data() && helps_when_finished(refit, now, s));
+    });
     if (chosen == refits.end()) break;
     const double before = now.validation.mse;
     const Fits polished =

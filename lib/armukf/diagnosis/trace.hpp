@@ -16,7 +16,7 @@ struct Measures {
   double fit_percent = 0.0;     // of the simulation
   double mse = 0.0;             // (rad/s)^2, of the simulation
   double one_step_rmse = 0.0;   // rad/s
-  double log_likelihood = 0.0;  // of the innovations, with the noise that suits the model best
+  double log_likelihood = 0.0;  // of the innovations after the first second, as predict_ahead
   double ljung_box_p = 0.0;     // of the innovations
 };
 

@@ -5,9 +5,8 @@
 namespace armukf {
 namespace {
 
-std::vector<double> values_of(const Grid& grid, double nominal,
-                              const std::vector<double>& harmonics) {
-  if (grid.periodic) return harmonics;
+std::vector<double> values_of(const Grid& grid, double nominal, const Suggested& suggested) {
+  if (grid.periodic) return suggested.harmonics;
   if (grid.points == 0) return {nominal};
   std::vector<double> values;
   for (int i = 0; i < grid.points; ++i) {
@@ -16,15 +15,17 @@ std::vector<double> values_of(const Grid& grid, double nominal,
     values.push_back(ratios ? grid.from * std::pow(grid.to / grid.from, share)
                             : grid.from + (grid.to - grid.from) * share);
   }
+  if (grid.resonant)
+    values.insert(values.end(), suggested.frequencies.begin(), suggested.frequencies.end());
   return values;
 }
 
 /// Each trial with each value of that parameter.
 std::vector<Trial> crossed(const std::vector<Trial>& trials, int position, const Grid& grid,
-                           const std::vector<double>& harmonics) {
+                           const Suggested& suggested) {
   std::vector<Trial> all;
   for (const Trial& trial : trials) {
-    for (const double value : values_of(grid, trial.model.parameters[position].value, harmonics)) {
+    for (const double value : values_of(grid, trial.model.parameters[position].value, suggested)) {
       Trial at = trial;
       at.model.parameters[position].value = value;
       if (grid.periodic) at.harmonic = value;
@@ -37,7 +38,7 @@ std::vector<Trial> crossed(const std::vector<Trial>& trials, int position, const
 }  // namespace
 
 std::vector<Trial> trials_of(std::string_view effect, const Model& model,
-                             const std::vector<double>& harmonics) {
+                             const Suggested& suggested) {
   Trial first{std::string(effect), model, {}};
   const std::vector<int> before = model.unknowns();
   first.model.add_effect(effect);
@@ -57,15 +58,15 @@ std::vector<Trial> trials_of(std::string_view effect, const Model& model,
   for (std::size_t i = 0; i < parameters.size(); ++i)
     if (parameters[i].role == Role::kShape)
       trials = crossed(trials, slot.first_parameter + static_cast<int>(i), parameters[i].grid,
-                       harmonics);
+                       suggested);
   return trials;
 }
 
-std::vector<Trial> trials_for(const Model& model, const std::vector<double>& harmonics) {
+std::vector<Trial> trials_for(const Model& model, const Suggested& suggested) {
   std::vector<Trial> all;
   for (const std::string_view effect : effect_names()) {
     if (model.has_effect(effect)) continue;
-    for (Trial& trial : trials_of(effect, model, harmonics)) all.push_back(std::move(trial));
+    for (Trial& trial : trials_of(effect, model, suggested)) all.push_back(std::move(trial));
   }
   return all;
 }

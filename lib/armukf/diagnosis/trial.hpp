@@ -17,12 +17,17 @@ struct Trial {
   double harmonic = 1.0;   // 1/rad, how often
 };
 
-/// Every effect of the catalogue that the model does not have, over its grid; `harmonics` (1/rad)
-/// are those to be tried of effects that repeat with the motor's angle.
-std::vector<Trial> trials_for(const Model& model, const std::vector<double>& harmonics);
+/// What the spectra of a residual suggest.
+struct Suggested {
+  std::vector<double> harmonics;    // 1/rad, of effects that repeat with the motor's angle
+  std::vector<double> frequencies;  // Hz, of resonances
+};
+
+/// Every effect of the catalogue that the model does not have, over its grid.
+std::vector<Trial> trials_for(const Model& model, const Suggested& suggested);
 
 /// Of one effect.
 std::vector<Trial> trials_of(std::string_view effect, const Model& model,
-                             const std::vector<double>& harmonics);
+                             const Suggested& suggested);
 
 }  // namespace armukf

@@ -60,12 +60,14 @@ enum class Role { kSize, kShape };
 
 /// Where to look for a shape: `points` values from `from` to `to`, in equal ratios if both are
 /// above 0, else in equal steps. 0 points: the nominal value; `periodic`: a harmonic of the angle,
-/// which the spectrum of the residual over the angle tells.
+/// which the spectrum of the residual over the angle tells; `resonant`: a frequency in Hz, which
+/// that over time may tell as well, since a lightly damped resonance falls between any steps.
 struct Grid {
   double from = 0.0;
   double to = 0.0;
   int points = 0;
   bool periodic = false;
+  bool resonant = false;
 };
 
 /// Name, unit, nominal value, bounds and typical size of one parameter of an effect.

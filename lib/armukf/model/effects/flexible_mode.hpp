@@ -55,8 +55,14 @@ struct FlexibleMode {
   static constexpr std::string_view name = Names::effect;
   static constexpr std::array parameters{
       EffectParameter{Names::share, "-", 0.0, 0.0, 0.95, 0.05},
-      EffectParameter{
-          Names::frequency, "Hz", 20.0, 0.5, 300.0, 10.0, Role::kShape, {3.0, 120.0, 16}},
+      EffectParameter{Names::frequency,
+                      "Hz",
+                      20.0,
+                      0.5,
+                      300.0,
+                      10.0,
+                      Role::kShape,
+                      {3.0, 120.0, 16, false, true}},
       EffectParameter{Names::damping, "-", 0.03, 1e-4, 2.0, 0.03, Role::kShape, {}}};
   static constexpr std::array states{EffectState{Names::deflection, "rad", Beginning::kZero, 0.02},
                                      EffectState{Names::speed, "rad/s", Beginning::kSpeed, 2.0}};
