@@ -97,8 +97,8 @@ class SquareRootFilter {
   template <class H>
   Innovation innovation(const H& h, double y, double R) const {
     const Measurement<Shape> m = linear_.measurement(shape_, mean_, h);
-    const Row hL = rotated(m.gradient);
-    return {m.value, y - m.value, dot(hL, hL) + R, R};
+    const Row measured = rotated(m.gradient);
+    return {m.value, y - m.value, dot(measured, measured) + R, R};
   }
 
   template <class F>
@@ -152,11 +152,11 @@ class SquareRootFilter {
     return sum;
   }
 
-  /// Given an innovation of variance |hL|^2 + R.
-  void condition(const Row& hL, const Innovation& innovation) {
+  /// Given an innovation of variance |measured|^2 + R.
+  void condition(const Row& measured, const Innovation& innovation) {
     const int n = shape_.size();
     Wider first{};
-    for (int k = 0; k < Row::kPacks; ++k) first.packs[k] = hL.packs[k];
+    for (int k = 0; k < Row::kPacks; ++k) first.packs[k] = measured.packs[k];
     first[n] = std::sqrt(innovation.noise);
     std::array<Wider, Shape::kSize> rows = widened();
     for (int i = 0; i < n; ++i) {
