@@ -22,13 +22,7 @@ import tune
 from sweeps import TRUTH, Trouble
 
 LEAST_FIT = 80.0  # percent
-
-
-def known_settings(noise, disturbance, sample_time=5e-4):
-    """Of a filter that knows the noise, and its model to be complete."""
-    content = tune.read_model(sweeps.ROOT / "data/known_noise.toml")
-    return tune.with_values(content, {"noise.sensor": noise,
-                                      "noise.motor_torque": disturbance * math.sqrt(sample_time)})
+SAMPLE_TIME = 5e-4  # s, over which a disturbance is held
 
 
 def run(item):
@@ -76,7 +70,8 @@ def setting_text(name, options):
     if name == "default":
         return ""
     if name == "known":
-        return tune.toml_text(known_settings(options.sensor_noise, options.torque_disturbance))
+        density = options.torque_disturbance * math.sqrt(SAMPLE_TIME)
+        return tune.toml_text(tune.known_noise(options.sensor_noise, density))
     try:
         return Path(name).read_text()
     except OSError as error:

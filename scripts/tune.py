@@ -268,6 +268,12 @@ def read_model(path):
         raise Trouble(f"{path}: {error}") from error
 
 
+def known_noise(sensor, motor_torque):
+    """Settings of a filter that knows the noise, and its model to be complete."""
+    return with_values(read_model(sweeps.ROOT / "data/known_noise.toml"),
+                       {"noise.sensor": sensor, "noise.motor_torque": motor_torque})
+
+
 def tuned(options, pool):
     content = read_model(options.model)
     with tempfile.TemporaryDirectory() as folder:

@@ -21,12 +21,6 @@ from recursive_figures import Checks, measured_record
 SENSOR, DISTURBANCE, SAMPLE_TIME = 0.1, 0.2, 5e-4  # rad/s; N.m held per sample; s
 
 
-def settings(sensor, torque):
-    """Of a filter that knows its model to be complete."""
-    content = tune.read_model(sweeps.ROOT / "data/known_noise.toml")
-    return tune.with_values(content, {"noise.sensor": sensor, "noise.motor_torque": torque})
-
-
 def options_for(options, *words):
     return tune.options_of([*map(str, words), "--program", options.program])
 
@@ -39,12 +33,12 @@ def known(options, pool, checks):
                        for s in (seed, 100 + seed)]
             off = 10.0 if seed % 2 else 0.1
             wrong = Path(folder, "wrong.toml")
-            wrong.write_text(tune.toml_text(settings(SENSOR * off, torque / off)))
+            wrong.write_text(tune.toml_text(tune.known_noise(SENSOR * off, torque / off)))
             o = options_for(options, records[0], "--validate", records[1], "--model", wrong, "--tune",
                             "noise.sensor", "noise.motor_torque", "--starts", 2)
             result = tune.tuned(o, pool)
             found = {n: e["value"] for n, e in result["tuned"].items()}
-            truth = tune.judged(o, settings(SENSOR, torque), {}, [(records[0], None)])
+            truth = tune.judged(o, tune.known_noise(SENSOR, torque), {}, [(records[0], None)])
             lost = (truth["validation"]["log_likelihood_per_sample"] -
                     result["after"]["validation"]["log_likelihood_per_sample"])
             sensor = 100 * (found["noise.sensor"] / SENSOR - 1)

@@ -142,7 +142,12 @@ void session_step(benchmark::State& state, const char* filter) {
   count_allocations(state, before);
 }
 BENCHMARK_CAPTURE(session_step, ukf, "ukf");
+BENCHMARK_CAPTURE(session_step, srukf, "srukf");
+BENCHMARK_CAPTURE(session_step, ckf, "ckf");
 BENCHMARK_CAPTURE(session_step, ekf, "ekf");
+BENCHMARK_CAPTURE(session_step, iekf, "iekf");
+BENCHMARK_CAPTURE(session_step, adaptive, "adaptive");
+BENCHMARK_CAPTURE(session_step, adaptive_ekf, "adaptive_ekf");
 
 /// The program from a CSV file to all columns of CSV; items are rows.
 void whole_program(benchmark::State& state, const std::string& filter) {

@@ -184,6 +184,11 @@ class Sweeps(InFolder):
                             "prior.speed", SCRIPTS / "tune.py", "1.csv", "--tune", "noise.senor")
         self.expect_refused("tune.py: nowhere.csv: No such file or directory", SCRIPTS / "tune.py",
                             "nowhere.csv", "--program", PROGRAM_PATH)
+        (self.folder / "blind.csv").write_text(
+            "t,u,y\n" + "".join(f"{k * 5e-4:.4f},1.0,nan\n" for k in range(1000)))
+        self.expect_refused("tune.py: no finite likelihood anywhere: the filter fails on these records "
+                            "whatever the noise", SCRIPTS / "tune.py", "blind.csv", "--tune",
+                            "noise.sensor", "--starts", "1", "--rounds", "1", "--program", PROGRAM_PATH)
         self.expect_refused("compare.py: nowhere.csv: no such file", SCRIPTS / "compare.py", "nowhere.csv")
         self.expect_refused("montecarlo.py: no Dask scheduler at tcp://127.0.0.1:9: Timed out trying to "
                             "connect to tcp://127.0.0.1:9 after 5 s", SCRIPTS / "montecarlo.py",

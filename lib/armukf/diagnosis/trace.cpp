@@ -36,6 +36,7 @@ constexpr double kHopelessFit = 20.0;   // percent
 constexpr std::size_t kFewestSamples = 1000;
 constexpr double kHighestHarmonic = 100.0;  // 1/rad
 constexpr double kHighestMode = 120.0;      // Hz
+constexpr double kMostDrift = 5.0;          // times, of a parameter that was known
 constexpr double kLinePower = 6.0;
 constexpr int kMostLines = 3;
 constexpr double kAgree = 0.5;  // of an effect's size, by which two records may differ
@@ -199,12 +200,23 @@ bool sizes_agree(const Refit& refit, const Setting& s, int iterations) {
   return agrees;
 }
 
+/// Whether parameters that were known, and that the effect sets free, stay near what they were
+/// known for: values that are off by far more are no drift, but stand in for another law.
+bool is_drift(const Refit& refit, const Fits& now) {
+  return std::ranges::all_of(refit.scored.trial.sizes, [&](int i) {
+    const std::vector<Parameter>& before = now.estimation.model.parameters;
+    if (i >= static_cast<int>(before.size()) || !before[i].known) return true;
+    const double ratio = refit.fits.estimation.model.parameters[i].value / before[i].value;
+    return ratio >= 1.0 / kMostDrift && ratio <= kMostDrift;
+  });
+}
+
 /// iterations: of the fit to the validation record, as of the refit.
 bool helps(const Refit& refit, const Fits& now, const Setting& s, int iterations) {
   const double after = refit.fits.validation.mse;
   const double before = now.validation.mse;
   if (!(refit.fits.estimation.mse < now.estimation.mse)) return false;
-  if (!(after < (1.0 - kLeastHelp) * before)) return false;
+  if (!(after < (1.0 - kLeastHelp) * before) || !is_drift(refit, now)) return false;
   return sureness(now.validation.residual, refit.fits.validation.residual) > kSurelyHelps &&
          sizes_agree(refit, s, iterations);
 }
