@@ -241,6 +241,13 @@ TEST(Session, RefusesAFilterThatDoesNotExist) {
   }
 }
 
+TEST(Session, RefusesBoundsOfAdaptationThatCross) {
+  EstimatorSettings settings = settings_of("adaptive");
+  settings.adaptation.least = 2.0;
+  settings.adaptation.most = 1.0;
+  EXPECT_THROW(Session(published_arm(), settings), InputError);
+}
+
 TEST(Tally, CountsWhatBecameOfEachSample) {
   Session session(published_arm(), {});
   std::vector<Sample> samples = record(100);

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "armukf/batch/prediction.hpp"
+#include "armukf/batch/simulation.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/diagnosis/portrait.hpp"
@@ -20,9 +21,11 @@
 namespace armukf {
 namespace {
 
-constexpr double kLevel = 0.01;        // of a score, corrected for the number of trials
-constexpr double kLeastGain = 0.005;   // of the mean squared error, for a refit
-constexpr double kLeastHelp = 0.02;    // of the validation's mean squared error, to be accepted
+constexpr double kLevel = 0.01;       // of a score, corrected for the number of trials
+constexpr double kLeastGain = 0.005;  // of the mean squared error, for a refit
+// Of the validation mean squared error, to be accepted. Coloured sensor noise that a controller
+// feeds back looks like a delay worth 2 %.
+constexpr double kLeastHelp = 0.04;
 constexpr double kSurelyHelps = 3.0;   // standard deviations of that help
 constexpr double kNoHelp = 0.01;       // of the validation's error; an effect worth less goes again
 constexpr int kRefits = 7;             // per round
@@ -36,7 +39,8 @@ constexpr double kHopelessFit = 20.0;   // percent
 constexpr std::size_t kFewestSamples = 1000;
 constexpr double kHighestHarmonic = 100.0;  // 1/rad
 constexpr double kHighestMode = 120.0;      // Hz
-constexpr double kMostDrift = 5.0;          // times, of a parameter that was known
+constexpr double kMoreLeft = 1.5;   // times, of the validation's error over the estimation's
+constexpr double kMostDrift = 5.0;  // times, of a parameter that was known
 constexpr double kLinePower = 6.0;
 constexpr int kMostLines = 3;
 constexpr double kAgree = 0.5;  // of an effect's size, by which two records may differ
@@ -211,6 +215,32 @@ bool is_drift(const Refit& refit, const Fits& now) {
   });
 }
 
+double late_error(const std::vector<Sample>& samples, const std::vector<double>& y) {
+  double sum = 0.0;
+  for (std::size_t k = samples.size() / 2; k < samples.size(); ++k)
+    if (!std::isnan(samples[k].y)) sum += std::pow(samples[k].y - y[k], 2);
+  return sum;
+}
+
+/// Whether it is what drives the effect that helps, not the states in which the effect begins,
+/// which are fitted: an oscillator that hardly dies out would pass for any periodic source. So it
+/// begins at rest, and half a record later it must still explain most of what it explains. An
+/// angle's start is its phase, and stays.
+bool is_driven(const Refit& refit, const Fits& now, const Setting& s) {
+  const FittedModel& with = refit.fits.validation;
+  const std::vector<double> rest = extended(now.validation.x0, with.model);
+  std::vector<double> x0 = with.x0;
+  for (std::size_t i = now.validation.x0.size(); i < x0.size(); ++i)
+    if (!with.model.states[i].follows_motor_angle) x0[i] = rest[i];
+  const std::vector<Sample>& samples = s.validation.samples;
+  const auto error = [&](const Model& model, const std::vector<double>& start) {
+    return late_error(samples, simulate(model, start, samples, s.propagation));
+  };
+  const double before = error(now.validation.model, now.validation.x0);
+  const double helped = before - error(with.model, with.x0);
+  return before - error(with.model, x0) >= 0.5 * helped;
+}
+
 /// iterations: of the fit to the validation record, as of the refit.
 bool helps(const Refit& refit, const Fits& now, const Setting& s, int iterations) {
   const double after = refit.fits.validation.mse;
@@ -218,7 +248,7 @@ bool helps(const Refit& refit, const Fits& now, const Setting& s, int iterations
   if (!(refit.fits.estimation.mse < now.estimation.mse)) return false;
   if (!(after < (1.0 - kLeastHelp) * before) || !is_drift(refit, now)) return false;
   return sureness(now.validation.residual, refit.fits.validation.residual) > kSurelyHelps &&
-         sizes_agree(refit, s, iterations);
+         sizes_agree(refit, s, iterations) && is_driven(refit, now, s);
 }
 
 /// The same once the refit has run to its end: half-way its sizes may still disagree.
@@ -377,6 +407,21 @@ void check_records(const Record& estimation, const Record& validation) {
                      "is the estimation record; validation needs data that was not fitted");
 }
 
+/// What is left of the estimation record, and of the other one if more is left of it: what shows up
+/// there only has not been told by any fit.
+std::vector<std::string> unexplained(const Fits& now, const Setting& s) {
+  const auto left_of = [&](const FittedModel& fit, const Record& record) {
+    return portrait(fit, record, one_step_errors(fit, record, s.propagation), s.propagation);
+  };
+  std::vector<std::string> left = left_of(now.estimation, s.estimation);
+  const double ratio = now.validation.mse / now.estimation.mse;
+  if (ratio < kMoreLeft) return left;
+  left.push_back(fmt::format("the validation error is {:.1f} times that of the estimation", ratio));
+  for (const std::string& text : left_of(now.validation, s.validation))
+    left.push_back("in the validation record: " + text);
+  return left;
+}
+
 void check_fit(const FittedModel& fit, const Record& record, std::string_view what) {
   if (!(fit.fit_percent >= kHopelessFit && std::isfinite(fit.mse)))
     throw InputError(record.name, 0, "y",
@@ -441,9 +486,7 @@ Diagnosis trace(const Model& model, const Record& estimation, const Record& vali
   diagnosis.before_validation = measures_of(diagnosis.base_validation, validation, p);
   diagnosis.after_estimation = measures_of(now.estimation, estimation, p);
   diagnosis.after_validation_measures = measures_of(now.validation, validation, p);
-  diagnosis.unexplained =
-      portrait(now.estimation, estimation, one_step_errors(now.estimation, estimation, p),
-               settings.propagation);
+  diagnosis.unexplained = unexplained(now, s);
   if (!diagnosis.effects.empty()) {
     diagnosis.verdict = Verdict::kFound;
   } else if (!diagnosis.unexplained.empty()) {

@@ -88,6 +88,9 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
     throw InputError(fmt::format(
         "kappa: {} is too small: alpha and n + kappa must be above 0, n = {} states and unknowns",
         s.spread.kappa, n));
+  if (s.adaptation.least > s.adaptation.most)
+    throw InputError(fmt::format("adaptation: least, {}, is above most, {}", s.adaptation.least,
+                                 s.adaptation.most));
   for (const auto& factors : settings.race.starts) {
     runners.push_back(make_runner(model, coordinates, settings));
     std::visit([&](auto& r) { r.engine().believe_parameters(start_values(model, factors)); },
