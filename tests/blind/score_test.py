@@ -57,7 +57,7 @@ class Score(unittest.TestCase):
     def test_every_row_has_the_columns_of_the_head(self):
         outcomes = [tried("large", ("gravity", 0.3)), tried("large", ("backlash", 0.3))]
         table = [x for x in score.section("large", outcomes).splitlines() if x.startswith("|")]
-        self.assertEqual({x.count("|") for x in table}, {12})
+        self.assertEqual({x.count("|") for x in table}, {13})
 
     def test_summary_of_null_counts_false_alarms(self):
         outcomes = [tried("null", seed=s) for s in (6, 7)]
