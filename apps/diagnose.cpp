@@ -12,7 +12,7 @@
 #include "armukf/io/atomic_file.hpp"
 #include "armukf/io/csv_reader.hpp"
 #include "armukf/io/csv_writer.hpp"
-#include "armukf/io/diagnosis_report.hpp"
+#include "armukf/report/diagnosis_report.hpp"
 #include "commands.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"

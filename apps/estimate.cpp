@@ -8,15 +8,16 @@
 #include <string>
 #include <vector>
 
+#include "armukf/batch/evaluate.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/io/csv_reader.hpp"
 #include "armukf/io/csv_writer.hpp"
-#include "armukf/io/estimate_report.hpp"
-#include "armukf/io/score_json.hpp"
+#include "armukf/online/recursion.hpp"
 #include "armukf/online/session.hpp"
 #include "armukf/online/tally.hpp"
+#include "armukf/report/estimate_report.hpp"
+#include "armukf/report/score_json.hpp"
 #include "commands.hpp"
-#include "estimates.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"
 #include "progress.hpp"
@@ -51,7 +52,7 @@ struct EstimateOptions {
 
 /// What one pass over the input leaves.
 struct Pass {
-  EstimateSummary summary;
+  RecursiveEstimate estimate;
   std::vector<Sample> samples;  // the first kMostSimulated
   std::vector<ScoredPart> parts;
 };
@@ -85,18 +86,17 @@ Pass stream(const EstimateOptions& o, const ModelFile& start, CsvWriter* writer)
   }
   if (writer != nullptr) writer->flush();
   const std::chrono::duration<double> taken = Clock::now() - begin;
-  pass.summary = summary_of(session, start.settings.filter, tally, taken.count());
+  pass.estimate = result_of(session, start.settings.filter, tally, taken.count());
   return pass;
 }
 
-/// All passes but the last: only the parameters matter.
-ModelFile after_early_passes(const EstimateOptions& o, ModelFile start) {
-  for (int pass = 1; pass < o.passes && stop_requested == 0; ++pass)
-    start.model = stream(o, start, nullptr).summary.model;
-  return start;
-}
-
-Pass last_pass(const EstimateOptions& o, const ModelFile& start) {
+/// The last pass, or the one in which the user has had enough.
+Pass all_passes(const EstimateOptions& o, ModelFile start) {
+  for (int pass = 1; pass < o.passes; ++pass) {
+    Pass early = stream(o, start, nullptr);
+    if (stop_requested != 0) return early;
+    start.model = early.estimate.model;
+  }
   if (o.score || o.report.json == "-")
     return stream(o, start, nullptr);  // which has standard output to itself
   CsvWriter writer("-");
@@ -125,17 +125,19 @@ void estimate(const EstimateOptions& o) {
   }
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);
-  start = after_early_passes(o, start);
-  Pass pass = last_pass(o, start);
+  const Pass pass = all_passes(o, start);
   if (pass.samples.empty()) return;  // stopped before the first sample
+  if (!o.save.empty()) write_model_file(o.save, {pass.estimate.model, start.settings});
   if (o.score) {
-    write_json({.json = "-", .quiet = true}, score_json(pass.summary, pass.parts));
+    write_json({.json = "-", .quiet = true}, score_json(pass.estimate, pass.parts));
     return;
   }
-  add_simulation(pass.summary, pass.samples, start.settings.propagation);
-  if (!o.report.quiet) fmt::print(stderr, "{}", estimate_text(pass.summary));
-  write_json(o.report, estimate_json(pass.summary));
-  if (!o.save.empty()) write_model_file(o.save, {pass.summary.model, start.settings});
+  const EstimateSummary summary{
+      pass.estimate,
+      closing_simulation(pass.estimate.model, pass.samples, start.settings.propagation,
+                         start.settings.gate.longest_gap_s)};
+  if (!o.report.quiet) fmt::print(stderr, "{}", estimate_text(summary));
+  write_json(o.report, estimate_json(summary));
 }
 
 }  // namespace

@@ -8,12 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "armukf/batch/segments.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/io/atomic_file.hpp"
 #include "armukf/io/csv_reader.hpp"
 #include "armukf/io/csv_writer.hpp"
-#include "armukf/io/fit_report.hpp"
+#include "armukf/report/fit_report.hpp"
 #include "commands.hpp"
 #include "initial_options.hpp"
 #include "model_options.hpp"
@@ -40,6 +39,7 @@ struct EvaluateOptions {
 EvaluateSettings settings_of(const EvaluateOptions& o, const ModelFile& start) {
   EvaluateSettings settings;
   settings.propagation = start.settings.propagation;
+  settings.longest_gap_s = start.settings.gate.longest_gap_s;
   const bool from_part = o.initial_from > 0.0;
   settings.initial = chosen_initial(
       o.initial, start.model, from_part ? all_free(start.model) : published_choice(start.model));
@@ -49,13 +49,14 @@ EvaluateSettings settings_of(const EvaluateOptions& o, const ModelFile& start) {
 }
 
 /// The record beside what the model says of it.
-void write_rows(const std::string& path, const Record& record, const std::vector<double>& y) {
+void write_rows(const std::string& path, const Evaluation& evaluation) {
   AtomicFile file(path);
   CsvWriter writer(file.descriptor(), file.name());
   writer.row(std::array<std::string, 5>{"t", "u", "y", "y_hat", "residual"});
-  for (std::size_t k = 0; k < y.size(); ++k) {
-    const Sample& s = record.samples[k];
-    writer.row(std::array{s.t, s.u, s.y, y[k], s.y - y[k]});
+  for (std::size_t k = 0; k < evaluation.samples.size(); ++k) {
+    const Sample& s = evaluation.samples[k];
+    const double said = evaluation.experiment.fit.y[k];
+    writer.row(std::array{s.t, s.u, s.y, said, s.y - said});
   }
   writer.flush();
   file.commit();
@@ -66,12 +67,11 @@ void evaluate(const EvaluateOptions& o) {
   const EvaluateSettings settings = settings_of(o, start);
   std::vector<Record> records;
   for (const std::string& file : o.files) records.push_back(read_record(file, o.columns));
-  EvaluationSummary summary{start.model, o.horizon, split_at_gaps(records), {}};
-  for (const Record& record : summary.records)
-    summary.evaluations.push_back(armukf::evaluate(start.model, record.samples, settings));
+  const EvaluationSummary summary{start.model, o.horizon,
+                                  armukf::evaluate(start.model, records, settings)};
   if (!o.rows.empty()) {
-    if (summary.records.size() != 1) throw InputError("--rows: takes one record without a gap");
-    write_rows(o.rows, summary.records[0], summary.evaluations[0].fit.y);
+    if (summary.evaluations.size() != 1) throw InputError("--rows: takes one record without a gap");
+    write_rows(o.rows, summary.evaluations[0]);
   }
   write_report(o.report, evaluation_text(summary), evaluation_json(summary));
 }

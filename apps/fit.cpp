@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -8,9 +7,8 @@
 
 #include "armukf/batch/identify.hpp"
 #include "armukf/io/csv_reader.hpp"
-#include "armukf/io/fit_report.hpp"
+#include "armukf/report/fit_report.hpp"
 #include "commands.hpp"
-#include "estimates.hpp"
 #include "initial_options.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"
@@ -32,16 +30,14 @@ struct FitOptions {
 };
 
 void fit(FitOptions& o) {
-  const auto begin = std::chrono::steady_clock::now();
   ModelFile start = chosen_model(o.model);
   o.settings.propagation = start.settings.propagation;
+  o.settings.longest_gap_s = start.settings.gate.longest_gap_s;
   o.settings.initial = chosen_initial(o.initial, start.model, published_choice(start.model));
   std::vector<Record> records;
   for (const std::string& file : o.files) records.push_back(read_record(file, o.columns));
   const std::string found = find_start(o.start, o.model, records.front(), o.columns, start);
-  FitSummary summary = batch_estimate(start, records, o.settings);
-  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
-  summary.seconds = taken.count();
+  const FitSummary summary = fit_summary(start.model, records, o.settings);
   write_report(o.report, found + fit_text(summary), fit_json(summary));
   if (!o.save.empty()) write_model_file(o.save, {summary.identification.model, start.settings});
 }

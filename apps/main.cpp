@@ -6,10 +6,12 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <iostream>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "armukf/core/build.hpp"
 #include "armukf/core/error.hpp"
 #include "commands.hpp"
 #include "start_options.hpp"
@@ -21,7 +23,6 @@ constexpr int kDone = 0;
 constexpr int kFailed = 1;
 constexpr int kWrongInput = 2;
 
-constexpr const char* kVersion = "armukf " ARMUKF_VERSION;
 constexpr const char* kDefault = "estimate";
 
 void add_commands(CLI::App& program) {
@@ -33,9 +34,11 @@ void add_commands(CLI::App& program) {
   add_evaluate(program);
   add_compare(program);
   add_diagnose(program);
-  program.set_version_flag("--version", kVersion);
+  const std::string version =
+      fmt::format("armukf {} (built for {})", library_version(), build_processor());
+  program.set_version_flag("--version", version);
   for (CLI::App* command : program.get_subcommands({}))
-    command->set_version_flag("--version", kVersion);
+    command->set_version_flag("--version", version);
 }
 
 /// Whether a word at the front is for the program itself, not for the default command.
@@ -68,7 +71,9 @@ int run(const std::vector<std::string>& words) {
     program.parse(reversed_words(program, words));
     return kDone;
   } catch (const CLI::Success& wish) {  // --help, --version
-    return program.exit(wish);
+    program.exit(wish);
+    if (std::cout.flush()) return kDone;
+    return complain("<stdout>: cannot write", kFailed);
   } catch (const CLI::ParseError& error) {
     return complain(error.what(), kWrongInput);
   } catch (const InputError& error) {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "armukf/io/csv_reader.hpp"
-#include "armukf/io/model_file.hpp"
+#include "armukf/report/model_file.hpp"
 
 namespace armukf::apps {
 

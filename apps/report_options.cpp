@@ -1,6 +1,6 @@
 #include "report_options.hpp"
 
-#include <fmt/format.h>
+#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 
@@ -14,6 +14,8 @@ void add_report_options(CLI::App& command, ReportOptions& options) {
   command.add_flag("--quiet", options.quiet, "print nothing but what was asked for");
 }
 
+void print(std::string_view text) { write_all(STDOUT_FILENO, text, "<stdout>"); }
+
 void write_json(const ReportOptions& options, const nlohmann::ordered_json& json) {
   if (options.json.empty()) return;
   AtomicFile file(options.json);
@@ -23,7 +25,7 @@ void write_json(const ReportOptions& options, const nlohmann::ordered_json& json
 
 void write_report(const ReportOptions& options, const std::string& text,
                   const nlohmann::ordered_json& json) {
-  if (!options.quiet && options.json != "-") fmt::print("{}", text);
+  if (!options.quiet && options.json != "-") print(text);
   write_json(options, json);
 }
 

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
 
 namespace armukf::apps {
 
@@ -13,6 +14,10 @@ struct ReportOptions {
 };
 
 void add_report_options(CLI::App& command, ReportOptions& options);
+
+/// The text to standard output, at once; a failure to do so is not lost as it would be at the end
+/// of the program. A reader that has left is no failure.
+void print(std::string_view text);
 
 /// The JSON to its file, if one was asked for; the file takes its name only when complete.
 void write_json(const ReportOptions& options, const nlohmann::ordered_json& json);

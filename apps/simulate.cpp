@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "armukf/batch/experiment.hpp"
+#include "armukf/core/build.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/io/atomic_file.hpp"
 #include "armukf/io/csv_writer.hpp"
@@ -45,9 +46,7 @@ std::string command_text(const SimulateOptions& o, const Model& model) {
       "armukf simulate --experiment {} --seed {} --samples {} --sample-time-s {} --sensor-noise {} "
       "--torque-disturbance {}",
       name_of(s.kind), s.seed, s.samples, s.sample_time_s, s.sensor_noise, s.torque_disturbance);
-  for (const EffectSlot& slot : model.effects)
-    std::visit([&]<class E>(const E&) { text += fmt::format(" --effect {}", E::name); },
-               slot.effect);
+  for (const EffectSlot& slot : model.effects) text += fmt::format(" --effect {}", slot.name());
   for (const Parameter& p : model.parameters) text += fmt::format(" --set {}={}", p.name, p.value);
   return text;
 }
@@ -55,7 +54,7 @@ std::string command_text(const SimulateOptions& o, const Model& model) {
 void write_record(const SimulateOptions& o, const Model& model,
                   const SimulatedExperiment& experiment) {
   AtomicFile file(o.output);
-  file.write(fmt::format("# armukf {}\n# {}\n", ARMUKF_VERSION, command_text(o, model)));
+  file.write(fmt::format("# armukf {}\n# {}\n", library_version(), command_text(o, model)));
   CsvWriter writer(file.descriptor(), file.name());
   std::vector<std::string> header{o.columns.t, o.columns.u, o.columns.y};
   if (o.states)
@@ -100,8 +99,8 @@ void simulate(SimulateOptions& o) {
   if (!o.report.json.empty()) write_summary(o, model);
   if (!o.save.empty()) write_model_file(o.save, chosen);
   if (!o.report.quiet && o.output != "-" && o.report.json != "-")
-    fmt::print("{}: {} samples, {} s of {}\n", o.output, s.samples, s.samples * s.sample_time_s,
-               record.name);
+    print(fmt::format("{}: {} samples, {} s of {}\n", o.output, s.samples,
+                      s.samples * s.sample_time_s, record.name));
 }
 
 void add_experiment_options(CLI::App& command, SimulateOptions& o) {

@@ -7,8 +7,8 @@
 
 #include "armukf/io/csv_reader.hpp"
 #include "armukf/io/csv_writer.hpp"
-#include "armukf/io/smooth_report.hpp"
 #include "armukf/online/smoother.hpp"
+#include "armukf/report/smooth_report.hpp"
 #include "commands.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"

@@ -6,7 +6,7 @@
 
 #include "armukf/core/record.hpp"
 #include "armukf/io/csv_reader.hpp"
-#include "armukf/io/model_file.hpp"
+#include "armukf/report/model_file.hpp"
 #include "model_options.hpp"
 
 namespace armukf::apps {

@@ -31,7 +31,7 @@ TEST_F(Smooth, WritesARowPerSampleAndTellsTheParameters) {
 
 TEST_F(Smooth, RefusesWhatItCannotTake) {
   expect_refused("smooth a.csv --filter srukf",
-                 "the smoother takes the filters ukf, ekf and ckf, not srukf");
+                 "the smoother takes the filters ukf, ekf, ckf, not srukf");
   expect_refused("smooth", "FILE is required");
 }
 

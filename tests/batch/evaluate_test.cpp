@@ -3,9 +3,16 @@
 #include <gtest/gtest.h>
 
 #include "armukf/batch/experiment.hpp"
+#include "armukf/batch/prediction.hpp"
 
 namespace armukf {
 namespace {
+
+/// One record without gaps.
+Evaluation evaluated(const Model& model, const std::vector<Sample>& samples,
+                     const EvaluateSettings& settings) {
+  return evaluate(model, {{"", samples}}, settings).at(0);
+}
 
 Record experiment(double sensor_noise, double torque_disturbance) {
   ExperimentSettings settings;
@@ -24,40 +31,41 @@ EvaluateSettings ahead(std::optional<int> horizon) {
 
 TEST(Evaluate, TrueModelLeavesWhiteResiduals) {
   const Evaluation found =
-      evaluate(published_estimate(), experiment(0.05, 0.0).samples, ahead(std::nullopt));
+      evaluated(published_estimate(), experiment(0.05, 0.0).samples, ahead(std::nullopt));
   // Noise variance 0.0025, estimated from 3000 samples: five deviations.
-  EXPECT_NEAR(found.fit.mse, 0.0025, 5.0 * 0.0025 * std::sqrt(2.0 / 3000));
+  EXPECT_NEAR(found.experiment.fit.mse, 0.0025, 5.0 * 0.0025 * std::sqrt(2.0 / 3000));
   EXPECT_GT(found.residual.ljung_box_p, 1e-3);
   EXPECT_LE(found.residual.autocorrelation_outside, 3);
 }
 
 TEST(Evaluate, WrongModelLeavesColouredResiduals) {
   const Evaluation found =
-      evaluate(published_arm(), experiment(0.05, 0.0).samples, ahead(std::nullopt));
+      evaluated(published_arm(), experiment(0.05, 0.0).samples, ahead(std::nullopt));
   EXPECT_LT(found.residual.ljung_box_p, 1e-6);
   EXPECT_GT(found.residual.autocorrelation_outside, 20);
 }
 
 TEST(Evaluate, PredictsBetterTheShorterTheHorizon) {
   const std::vector<Sample> samples = experiment(0.05, 1.0).samples;
-  double last = evaluate(published_estimate(), samples, ahead(1)).fit.mse;
+  double last = evaluated(published_estimate(), samples, ahead(1)).experiment.fit.mse;
   for (const int horizon : {5, 20}) {
-    const double mse = evaluate(published_estimate(), samples, ahead(horizon)).fit.mse;
+    const double mse = evaluated(published_estimate(), samples, ahead(horizon)).experiment.fit.mse;
     EXPECT_LT(last, mse) << horizon;
     last = mse;
   }
 }
 
 TEST(Evaluate, OneStepErrorsOfTheTrueModelAreWhite) {
-  const Evaluation found = evaluate(published_estimate(), experiment(0.05, 1.0).samples, ahead(1));
+  const Evaluation found = evaluated(published_estimate(), experiment(0.05, 1.0).samples, ahead(1));
   // Disturbed at the motor alone, where the predictor allows for every mass: nearly white.
   EXPECT_LE(found.residual.autocorrelation_outside, 5);
 }
 
 TEST(PredictAhead, FindsTheSensorsNoise) {
   const std::vector<Sample> samples = experiment(0.05, 0.0).samples;
-  const SimulationFit start = simulation_fit(published_estimate(), samples, {}, 1.0);
-  const Prediction found = predict_ahead(published_estimate(), start.initial.x0, samples, {}, 1);
+  const Model model = published_estimate();
+  const InitialStates start = fit_initial_states(model, all_free(model), samples, {});
+  const Prediction found = predict_ahead(model, start.x0, samples, {}, 1);
   EXPECT_NEAR(found.sensor_sd, 0.05, 5.0 * 0.05 / std::sqrt(2.0 * 3000));
 }
 

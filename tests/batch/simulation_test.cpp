@@ -4,9 +4,12 @@
 
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 
+#include "armukf/batch/evaluate.hpp"
 #include "armukf/batch/initial_states.hpp"
+#include "armukf/batch/sensitivity.hpp"
 #include "armukf/core/statistics.hpp"
 
 namespace armukf {
@@ -176,7 +179,9 @@ TEST(SimulationFit, FindsTheInitialStatesOfItsOwnModel) {
   const Model model = published_estimate();
   std::vector<Sample> samples = measured_by(model, sines(3000));
   for (std::size_t k = 0; k < samples.size(); k += 5) samples[k].y = std::nan("");
-  const SimulationFit fit = simulation_fit(model, samples, {}, 0.2);
+  const InitialStates initial =
+      fit_initial_states(model, all_free(model), beginning(samples, 0.2), {});
+  const SimulationFit fit = simulation_fit(model, initial, samples, {});
   for (int i = 0; i < kArmStates; ++i)
     EXPECT_NEAR(fit.initial.x0[i], start_of(model)[i], 1e-4) << i;  // the search's tolerance
   EXPECT_GT(fit.fit_percent, 99.99);
@@ -186,14 +191,25 @@ TEST(SimulationFit, SurvivesRecordsWithoutUse) {
   const Model model = published_estimate();
   std::vector<Sample> samples = sines(50);
   for (Sample& sample : samples) sample.y = std::nan("");
-  EXPECT_TRUE(std::isnan(simulation_fit(model, samples, {}).fit_percent));
-  EXPECT_TRUE(std::isnan(simulation_fit(model, {samples[0]}, {}).initial.sd[0]));
+  EXPECT_TRUE(std::isnan(closing_simulation(model, samples, {}).fit_percent));
+  EXPECT_TRUE(std::isnan(fit_initial_states(model, all_free(model), {samples[0]}, {}).sd[0]));
   Model stiff = model;
   stiff.parameter("k_g1").value = 1e9;
   samples = sines(50);
   const double first = samples[0].y;
-  EXPECT_EQ(simulation_fit(stiff, samples, {}).initial.x0,
+  EXPECT_EQ(fit_initial_states(stiff, all_free(stiff), samples, {}).x0,
             (std::vector<double>{0.0, 0.0, first, first, first}));
+}
+
+/// Only its beginning is finite: the error used to be that of the beginning.
+TEST(SimulationFit, OfWhatRunsAwayIsInfinitelyBad) {
+  Model stiff = published_estimate();
+  stiff.parameter("k_g1").value = 1e13;
+  const std::vector<Sample> samples = measured_by(published_estimate(), sines(500));
+  const SimulationFit fit = simulation_fit(stiff, {start_of(stiff), {}}, samples, {});
+  EXPECT_EQ(fit.mse, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(fit.fit_percent, -std::numeric_limits<double>::infinity());
+  EXPECT_EQ(closing_simulation(stiff, samples, {}).mse, std::numeric_limits<double>::infinity());
 }
 
 }  // namespace

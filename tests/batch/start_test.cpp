@@ -10,6 +10,7 @@
 #include "armukf/batch/simulation.hpp"
 #include "armukf/batch/slow_motion.hpp"
 #include "armukf/core/error.hpp"
+#include "armukf/model/resonances.hpp"
 
 namespace armukf {
 namespace {
@@ -58,7 +59,7 @@ TEST(FrequencyResponse, AtHighFrequenciesIsThatOfTheMotorAlone) {
 TEST(Resonances, DetermineMassesAndSprings) {
   const Resonances resonances{{25.0, 60.0}, {40.0, 90.0}};
   Model model = without_damping(published_arm());
-  set_resonances(model, resonances);
+  set_resonances(model, resonances, 0.0);
   model.check();
   const FrequencyResponse response(model);
   const double off_resonance = std::abs(response(30.0));

@@ -7,10 +7,13 @@
 #include <random>
 #include <vector>
 
+#include "armukf/core/innovation_statistics.hpp"
+
 namespace armukf {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 std::vector<double> white_noise(std::size_t n, unsigned seed) {
   std::mt19937_64 generator(seed);
@@ -28,11 +31,20 @@ TEST(FitPercent, IsHundredForPerfectAndZeroForMean) {
 
 TEST(FitPercent, LeavesOutWhatIsMissing) {
   const std::vector<double> y{1.0, kNaN, 2.0, 4.0, 7.0};
-  const std::vector<double> predicted{1.5, 9.0, 2.0, 4.0, kNaN};
-  const std::vector<double> y_present{1.0, 2.0, 4.0};
-  const std::vector<double> predicted_present{1.5, 2.0, 4.0};
+  const std::vector<double> predicted{1.5, kNaN, 2.0, 4.0, 7.5};
+  const std::vector<double> y_present{1.0, 2.0, 4.0, 7.0};
+  const std::vector<double> predicted_present{1.5, 2.0, 4.0, 7.5};
   EXPECT_DOUBLE_EQ(fit_percent(y, predicted), fit_percent(y_present, predicted_present));
-  EXPECT_DOUBLE_EQ(mean_square_error(y, predicted), 0.25 / 3.0);
+  EXPECT_DOUBLE_EQ(mean_square_error(y, predicted), 0.5 / 4.0);
+}
+
+TEST(FitPercent, IsInfinitelyBadWhereAPredictionIsNoNumber) {
+  const std::vector<double> y{1.0, 2.0, 4.0};
+  for (const double nothing : {kNaN, kInfinite, -kInfinite}) {
+    const std::vector<double> predicted{1.0, nothing, 4.0};
+    EXPECT_EQ(mean_square_error(y, predicted), kInfinite);
+    EXPECT_EQ(fit_percent(y, predicted), -kInfinite);
+  }
 }
 
 TEST(FitPercent, IsNaNWhereNothingVaries) {
@@ -106,12 +118,13 @@ TEST(InnovationStatistics, AgreeWithWholeRecord) {
     y[t] = 1e3 + 5.0 * std::sin(0.01 * static_cast<double>(t));
     predicted[t] = y[t] - e[t];
   }
-  for (const std::size_t gone : {10, 11, 500}) e[gone] = predicted[gone] = kNaN;
+  std::vector<double> seen = y;
+  for (const std::size_t gone : {10, 11, 500}) e[gone] = seen[gone] = kNaN;
   const InnovationStatistics statistics = streamed(y, e);
   EXPECT_EQ(statistics.count(), e.size() - 3);
   // Sums of 3000 terms in another order: some hundred rounding errors, and y about its first value.
-  EXPECT_NEAR(statistics.fit_percent(), fit_percent(y, predicted), 1e-9);
-  EXPECT_NEAR(statistics.rmse(), std::sqrt(mean_square_error(y, predicted)), 1e-12);
+  EXPECT_NEAR(statistics.fit_percent(), fit_percent(seen, predicted), 1e-9);
+  EXPECT_NEAR(statistics.rmse(), std::sqrt(mean_square_error(seen, predicted)), 1e-12);
   EXPECT_NEAR(statistics.ljung_box_p(), ljung_box_p(e), 1e-9);
   EXPECT_NEAR(statistics.log_likelihood(),
               -0.5 * statistics.mean_nis() * static_cast<double>(statistics.count()), 1e-9);

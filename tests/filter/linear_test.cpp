@@ -158,22 +158,21 @@ TEST(LinearModelWithProcessNoise, EkfIsTheKalmanFilter) {
 
 TEST(LinearModelWithProcessNoise, UkfIsTheKalmanFilterWhateverItsSpread) {
   for (const UnscentedSpread& spread : kSpreads) {
-    expect_kalman(CovarianceFilter<Exact, Unscented>({}, Unscented<Exact>(spread)));
-    expect_kalman_with_room(
-        CovarianceFilter<Roomy, Unscented>(kRoomy, Unscented<Roomy>(spread, kRoomy)));
+    expect_kalman(CovarianceFilter<Exact, Unscented>({}, spread));
+    expect_kalman_with_room(CovarianceFilter<Roomy, Unscented>(kRoomy, spread));
   }
 }
 
 TEST(LinearModelWithProcessNoise, SquareRootUkfIsTheKalmanFilterWhateverItsSpread) {
   for (const UnscentedSpread& spread : kSpreads) {
-    expect_kalman(SquareRootFilter<Exact>(spread));
-    expect_kalman_with_room(SquareRootFilter<Roomy>(spread, kRoomy));
+    expect_kalman(SquareRootFilter<Exact>({}, spread));
+    expect_kalman_with_room(SquareRootFilter<Roomy>(kRoomy, spread));
   }
 }
 
 TEST(LinearModelWithProcessNoise, CubatureFilterIsTheKalmanFilter) {
   expect_kalman(CovarianceFilter<Exact, Cubature>());
-  expect_kalman_with_room(CovarianceFilter<Roomy, Cubature>(kRoomy, Cubature<Roomy>(kRoomy)));
+  expect_kalman_with_room(CovarianceFilter<Roomy, Cubature>(kRoomy));
 }
 
 TEST(LinearModelWithProcessNoise, IteratedEkfIsTheKalmanFilter) {

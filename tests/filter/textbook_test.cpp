@@ -81,13 +81,16 @@ TEST_F(ArmFilter, FastUkfIsTheTextbooksOne) {
 }
 
 TEST_F(ArmFilter, EkfsJacobianIsThatOfTheDiscreteStep) {
-  using Number = Linearised<Shape>::Number;
   std::array<double, 12> at{0.1, -0.05, 3.0, 2.5, 2.0};
   for (int i = 5; i < 12; ++i) at[i] = z_[i - 5];
+  BeliefRow<Shape> mean{};
+  std::copy(at.begin(), at.end(), mean.begin());
   const ArmStep<5> step = arm({.t = 0.0, .u = 4.0, .y = 0.0});
-  std::array<Number, 12> x;
-  for (int i = 0; i < 12; ++i) x[i] = Number::variable(at[i], i);
-  const auto moved = step(x.data(), x.data() + 5);
+  std::array<BeliefRow<Shape>, 5> moved;
+  for (int i = 0; i < 5; ++i)
+    moved[i] = Linearised<Shape>()
+                   .measurement(Shape(), mean, [&](const auto* x) { return step(x, x + 5)[i]; })
+                   .gradient;
   constexpr double kDifference = 1e-5;  // truncation 1e-10, rounding 1e-16 / 1e-5 = 1e-11
   for (int j = 0; j < 12; ++j) {
     std::array<double, 12> up = at;
@@ -97,7 +100,7 @@ TEST_F(ArmFilter, EkfsJacobianIsThatOfTheDiscreteStep) {
     const auto above = step(up.data(), up.data() + 5);
     const auto below = step(down.data(), down.data() + 5);
     for (int i = 0; i < 5; ++i)
-      EXPECT_NEAR(moved[i].gradient[j], (above[i] - below[i]) / (2.0 * kDifference), 1e-8)
+      EXPECT_NEAR(moved[i][j], (above[i] - below[i]) / (2.0 * kDifference), 1e-8)
           << "row " << i << ", direction " << j;
   }
 }

@@ -19,8 +19,8 @@ TEST(SquareRootFilter, NeverLosesDefinitenessInTenMillionSamples) {
   // Nothing is added to the belief but what keeps a root from being none, so that it gets as narrow
   // as it can.
   settings.noise.parameter_walk.floor = 0.0;
-  settings.noise.motor_torque = 0.0;
-  settings.noise.gear_torque = 0.0;
+  settings.noise.torque[kMotor] = 0.0;
+  settings.noise.torque[kGear] = 0.0;
   settings.noise.model_error = {.start = 16.0, .least = 0.0, .gain = 0.0, .time_s = 0.03};
   Session session(published_arm(), settings);
   int resets = 0;

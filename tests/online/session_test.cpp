@@ -49,7 +49,7 @@ Belief run(Session& session, const std::vector<Sample>& samples) {
   return last;
 }
 
-class Filter : public ::testing::TestWithParam<std::string_view> {
+class Filter : public ::testing::TestWithParam<std::string> {
  protected:
   EstimatorSettings settings_ = settings_of(GetParam());
   Session session_{published_arm(), settings_};
@@ -189,7 +189,7 @@ TEST_P(Filter, WorksWithEveryEffectAndEveryUnknown) {
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryFilter, Filter, ::testing::ValuesIn(filter_names()),
-                         [](const auto& test) { return std::string(test.param); });
+                         [](const auto& test) { return test.param; });
 
 TEST(SquareRootFilter, IsTheUkfWhereThatIsWellConditioned) {
   Session root(published_arm(), settings_of("srukf"));
@@ -215,8 +215,8 @@ TEST(AdaptiveFilter, FindsTheSizeOfTheNoise) {
     if (!is_adaptive(filter)) continue;
     EstimatorSettings settings = settings_of(filter);
     settings.noise.sensor = 0.05;
-    settings.noise.motor_torque = 1e-3;
-    settings.noise.gear_torque = 0.0;
+    settings.noise.torque[kMotor] = 1e-3;
+    settings.noise.torque[kGear] = 0.0;
     Session session(published_arm(), settings);
     Tally late;
     for (const Sample& sample : samples) {

@@ -28,8 +28,8 @@ Outcome outcome(double sensor_noise, double disturbance) {
     const SimulatedExperiment truth = simulate_experiment(published_estimate(), experiment);
     EstimatorSettings settings;
     settings.noise.sensor = sensor_noise;
-    settings.noise.motor_torque = disturbance * std::sqrt(experiment.sample_time_s);
-    settings.noise.gear_torque = 0.0;
+    settings.noise.torque[kMotor] = disturbance * std::sqrt(experiment.sample_time_s);
+    settings.noise.torque[kGear] = 0.0;
     settings.noise.model_error = {.start = 16.0, .least = 0.0, .gain = 0.0, .time_s = 0.03};
     settings.noise.parameter_walk = {.start = 0.42, .floor = 0.0, .time_s = 1.0};
     const SmoothedRecord smoothed = smooth(published_arm(), settings, truth.record.samples);

@@ -11,6 +11,7 @@
 #include <random>
 
 #include "armukf/model/dynamics.hpp"
+#include "armukf/model/plant.hpp"
 
 namespace armukf {
 namespace {
@@ -45,6 +46,7 @@ class Arm {
   explicit Arm(const Model& model) : states_(model.states.size()) {
     for (const Parameter& parameter : model.parameters) parameters_.push_back(parameter.value);
     dynamics_ = Dynamics<double>(model, parameters_.data());
+    driven_mobility_ = mobilities(parameters_.data())[kDrivenMass];
   }
   Arm(const Arm&) = delete;  // the dynamics point into this
   Arm& operator=(const Arm&) = delete;
@@ -60,7 +62,7 @@ class Arm {
     using Method = odeint::runge_kutta_dopri5<std::vector<double>>;
     const auto f = [&](const std::vector<double>& x, std::vector<double>& dx, double at) {
       dynamics_.derivative(at, u, x.data(), dx.data());
-      dx[kSpeedMotor] += disturbance / (parameters_[kJ] * parameters_[kAm]);
+      dx[kMasses[kDrivenMass].speed] += disturbance * driven_mobility_;
     };
     odeint::integrate_adaptive(odeint::make_controlled<Method>(kTolerance, kTolerance), f, states_,
                                t, t + dt, dt);
@@ -70,6 +72,7 @@ class Arm {
   std::vector<double> parameters_;
   std::vector<double> states_;
   Dynamics<double> dynamics_;
+  double driven_mobility_ = 0.0;  // 1/(kg.m^2)
 };
 
 /// White noise of its own: another's length or seed does not shift it.

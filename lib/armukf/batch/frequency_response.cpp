@@ -1,20 +1,18 @@
 #include "armukf/batch/frequency_response.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <unsupported/Eigen/FFT>
 
 #include "armukf/core/dual.hpp"
+#include "armukf/core/fourier.hpp"
+#include "armukf/model/plant.hpp"
 
 namespace armukf {
 namespace {
 
 using Complex = std::complex<double>;
-using Square = Eigen::Matrix<double, kArmStates, kArmStates>;
-using Column = Eigen::Matrix<double, kArmStates, 1>;
 
 constexpr std::size_t kLowestLine = 4;  // of the record's own frequency; below, drift
 constexpr double kHighestShare = 0.25;  // of half the sample rate; masses and springs end far below
@@ -25,8 +23,8 @@ constexpr double kSmallPower = 0.03;
 
 /// The arm about rest: x' = system x + input u.
 struct Linear {
-  Square system;
-  Column input;
+  Eigen::MatrixXd system = Eigen::MatrixXd::Zero(kArmStates, kArmStates);
+  Eigen::VectorXd input = Eigen::VectorXd::Zero(kArmStates);
 };
 
 Linear about_rest(const Model& model) {
@@ -74,10 +72,7 @@ std::vector<Complex> spectrum(std::vector<double> values) {
     const double turn = 2.0 * std::numbers::pi * static_cast<double>(k) / count;
     values[k] = (values[k] - mean) * (1.0 - std::cos(turn));
   }
-  Eigen::FFT<double> fft;
-  std::vector<Complex> lines;
-  fft.fwd(lines, values);
-  return lines;
+  return fourier(values);
 }
 
 double mean_magnitude(const std::vector<Complex>& spectrum, std::size_t first, std::size_t end) {
@@ -110,46 +105,32 @@ std::size_t end_of_excitation(const std::vector<Complex>& torque,
 }  // namespace
 
 FrequencyResponse::FrequencyResponse(const Model& model) {
+  // The resolvent (s I - A)^-1 = sum_k s^k M_k / D(s) by the recursion of Faddeev and LeVerrier.
   const Linear linear = about_rest(model);
-  const Eigen::EigenSolver<Square> modes(linear.system);
-  const Eigen::Matrix<Complex, kArmStates, kArmStates> vectors = modes.eigenvectors();
-  const Eigen::Matrix<Complex, kArmStates, 1> b = linear.input.cast<Complex>();
-  poles_ = modes.eigenvalues();
-  residues_ = vectors.row(kSpeedMotor).transpose().cwiseProduct(vectors.partialPivLu().solve(b));
+  const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(kArmStates, kArmStates);
+  Eigen::MatrixXd M = unit;
+  denominator_[kArmStates] = 1.0;
+  for (int k = kArmStates - 1; k >= 0; --k) {
+    numerator_[k] = M.row(kMeasuredState).dot(linear.input);
+    const Eigen::MatrixXd product = linear.system * M;
+    denominator_[k] = -product.trace() / (kArmStates - k);
+    M = product + denominator_[k] * unit;
+  }
 }
 
 Complex FrequencyResponse::operator()(double w) const {
-  Complex sum = 0.0;
-  for (int i = 0; i < kArmStates; ++i) sum += residues_[i] / (Complex(0.0, w) - poles_[i]);
-  return sum;
-}
-
-void set_resonances(Model& model, const Resonances& resonances) {
-  const auto squared = [](double v) { return v * v; };
-  const double z1 = squared(resonances.zero[0]);
-  const double z2 = squared(resonances.zero[1]);
-  const double p1 = squared(resonances.pole[0]);
-  const double p2 = squared(resonances.pole[1]);
-  // torque / speed = s J (1 + x/p1)(1 + x/p2) / ((1 + x/z1)(1 + x/z2)), x = s^2
-  const double J = model.parameters[kJ].value;
-  const double motor = J * z1 * z2 / (p1 * p2);
-  // minus s motor: s (c0 + c1 x) / (1 + q1 x + q2 x^2)
-  const double c0 = J - motor;
-  const double q1 = 1.0 / z1 + 1.0 / z2;
-  const double q2 = 1.0 / (z1 * z2);
-  const double c1 = J * (1.0 / p1 + 1.0 / p2) - motor * q1;
-  // its inverse minus s / k_g: (1 + e x) / (s (c0 + c1 x))
-  const double e = q1 - q2 * c0 / c1;
-  const double gear = c1 / e;
-  model.parameters[kAm].value = motor / J;
-  model.parameters[kAg].value = gear / J;
-  model.parameters[kKg1].value = c1 / q2;
-  model.parameters[kKa].value = (c0 - gear) / e;
+  const Complex s(0.0, w);
+  Complex numerator = 0.0;
+  Complex denominator = denominator_[kArmStates];
+  for (int k = kArmStates - 1; k >= 0; --k) {
+    numerator = numerator * s + numerator_[k];
+    denominator = denominator * s + denominator_[k];
+  }
+  return numerator / denominator;
 }
 
 std::vector<Line> excited_lines(const Model& model, const std::vector<Sample>& samples) {
-  std::vector<double> p;
-  for (const Parameter& parameter : model.parameters) p.push_back(parameter.value);
+  const std::vector<double> p = model.values();
   const Coefficients<double> coefficients(p.data());
   const std::vector<double> y = bridged_speeds(samples);
   // The torque is held over an interval; its middle is half an interval after the sample.

@@ -10,15 +10,17 @@
 
 #include "armukf/batch/frequency_response.hpp"
 #include "armukf/batch/identify.hpp"
-#include "armukf/batch/segments.hpp"
+#include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
+#include "armukf/core/segments.hpp"
 #include "armukf/fit/least_squares.hpp"
 #include "armukf/model/coordinates.hpp"
+#include "armukf/model/plant.hpp"
+#include "armukf/model/resonances.hpp"
 
 namespace armukf {
 namespace {
 
-constexpr std::array<int, 6> kSought{kAm, kAg, kKg1, kKa, kDg, kDa};
 constexpr int kFewestLines = 30;
 constexpr int kGridFrequencies = 18;      // over the excited band, in equal ratios
 constexpr double kGuessedDamping = 0.02;  // ratio of both springs, in the grid
@@ -61,15 +63,11 @@ double misfit_of(const Model& model, const std::vector<Line>& lines) {
   add_misfits(model, lines, r.data());
   double sum = 0.0;
   for (const double v : r) sum += v * v;
-  return std::isfinite(sum) ? sum : std::numeric_limits<double>::infinity();
+  return std::isfinite(sum) ? sum : kInfinite;
 }
 
 Model with_resonances(Model model, const Resonances& resonances) {
-  set_resonances(model, resonances);
-  const double gear = model.parameters[kKg1].value;
-  const double arm = model.parameters[kKa].value;
-  model.parameters[kDg].value = 2.0 * kGuessedDamping * gear / resonances.pole[1];
-  model.parameters[kDa].value = 2.0 * kGuessedDamping * arm / resonances.pole[0];
+  set_resonances(model, resonances, kGuessedDamping);
   return model;
 }
 
@@ -95,10 +93,11 @@ std::vector<Candidate> grid(const Model& model, const std::vector<Line>& lines) 
 /// The model with just the sought parameters unknown, within no bounds but their signs.
 Model for_search(Model model) {
   for (Parameter& p : model.parameters) p.known = true;
-  for (const int i : kSought) {
-    model.parameters[i].known = false;
-    model.parameters[i].lower = 0.0;
-    model.parameters[i].upper = i == kAm || i == kAg ? 1.0 : kUnbounded;
+  for (const int i : kResonantParameters) {
+    Parameter& p = model.parameters[i];
+    p.known = false;
+    p.lower = 0.0;
+    p.upper = p.share ? 1.0 : kUnbounded;
   }
   return model;
 }
@@ -107,8 +106,7 @@ Model for_search(Model model) {
 Candidate refined(const Candidate& candidate, const std::vector<Line>& lines) {
   const Model searched = for_search(candidate.model);
   const FreeCoordinates coordinates(searched);
-  std::vector<double> p(kMaxParameters);
-  for (std::size_t i = 0; i < searched.parameters.size(); ++i) p[i] = searched.parameters[i].value;
+  const std::vector<double> p = searched.values();
   const auto model_at = [&](const double* z) {
     Model model = candidate.model;
     std::vector<double> physical(kMaxParameters);
@@ -172,18 +170,20 @@ Candidate searched(const Model& model, const Record& record, const Propagation& 
 double usual_twist(const Model& model, const std::vector<Sample>& samples) {
   double sum = 0.0;
   for (const Sample& s : samples) sum += s.u * s.u;
-  return std::sqrt(sum / static_cast<double>(samples.size())) / model.parameters[kKg1].value;
+  return std::sqrt(sum / static_cast<double>(samples.size())) /
+         model.parameters[kHardenedStiffness].value;
 }
 
 /// Where the lowest of the candidate's searches ended; each begins at another hardening.
 Candidate verified(const Model& candidate, const Record& record, const Propagation& propagation) {
-  Candidate best{candidate, std::numeric_limits<double>::infinity()};
-  const bool sought = !candidate.parameters[kKg3].known;
+  Candidate best{candidate, kInfinite};
+  const bool sought = !candidate.parameters[kHardening].known;
   const double twist = usual_twist(candidate, record.samples);
   for (const double hardening : kHardenings) {
     Model start = candidate;
     if (sought)
-      start.parameters[kKg3].value = hardening * start.parameters[kKg1].value / (twist * twist);
+      start.parameters[kHardening].value =
+          hardening * start.parameters[kHardenedStiffness].value / (twist * twist);
     const Candidate found = searched(start, record, propagation);
     if (found.misfit < best.misfit) best = found;
     if (!sought) break;
@@ -212,7 +212,7 @@ Model from_frequency_response(Model model, const Record& record, const Propagati
   const double least = std::ranges::min_element(searches, {}, &Candidate::misfit)->misfit;
   const Candidate& best = *std::ranges::find_if(
       searches, [&](const Candidate& c) { return c.misfit <= kAlike * least; });
-  for (int i = kAm; i < kArmParameters; ++i)
+  for (int i = 0; i < kArmParameters; ++i)
     if (!model.parameters[i].known) model.parameters[i].value = best.model.parameters[i].value;
   return model;
 }

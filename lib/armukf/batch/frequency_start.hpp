@@ -2,7 +2,7 @@
 
 #include "armukf/core/record.hpp"
 #include "armukf/model/model.hpp"
-#include "armukf/ode/propagate.hpp"
+#include "armukf/ode/propagation.hpp"
 
 namespace armukf {
 

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <random>
 
 #include "armukf/batch/output_error.hpp"
+#include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/fit/loss.hpp"
@@ -16,8 +16,6 @@
 
 namespace armukf {
 namespace {
-
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 /// Searches whose costs differ by less ended in the same minimum, relative.
 constexpr double kSameMinimum = 1e-4;
@@ -36,8 +34,7 @@ void check_length(const OutputError& error, const std::vector<Record>& records) 
 /// Start values drawn from the parameters' prior, inside their bounds.
 Model drawn(const Model& model, std::mt19937_64& generator) {
   const FreeCoordinates coordinates(model);
-  std::vector<double> p;
-  for (const Parameter& parameter : model.parameters) p.push_back(parameter.value);
+  std::vector<double> p = model.values();
   std::vector<double> z = coordinates.from_physical(p);
   p.resize(kMaxParameters);
   coordinates.to_physical(z.data(), p.data());
@@ -93,7 +90,7 @@ bool on_bound(const Parameter& p) {
 void report_parameters(const Spread& spread, Identification& result) {
   const std::vector<int> unknowns = result.model.unknowns();
   const int n = static_cast<int>(unknowns.size());
-  result.correlation.resize(n, n);
+  result.correlation = SquareMatrix(n);
   for (int i = 0; i < n; ++i) {
     const Parameter& p = result.model.parameters[unknowns[i]];
     result.parameters.push_back({unknowns[i], p.value, std::sqrt(spread.white(i, i)),
@@ -108,7 +105,7 @@ InitialStates initial_states(const OutputError& error, const std::vector<int>& f
                              const std::vector<double>& v, int record, const Spread& spread) {
   InitialStates initial;
   initial.x0 = error.initial_states_at(v.data(), record);
-  initial.sd.assign(initial.x0.size(), std::numeric_limits<double>::quiet_NaN());
+  initial.sd.assign(initial.x0.size(), kNaN);
   for (int j = 0; j < error.free_states(); ++j) {
     const int k = error.first_state(record) + j;
     initial.sd[free[j]] = std::sqrt(spread.coloured(k, k));
@@ -120,12 +117,10 @@ void report_experiments(const std::vector<Record>& records, const Propagation& p
                         const std::vector<InitialStates>& initial, Identification& result) {
   ErrorSums all;
   for (std::size_t e = 0; e < records.size(); ++e) {
-    result.experiments.push_back(
-        simulation_fit(result.model, initial[e], records[e].samples, propagation));
-    const ErrorSums sums = error_sums(speeds_of(records[e].samples), result.experiments.back().y);
-    all.count += sums.count;
-    all.error2 += sums.error2;
-    all.spread2 += sums.spread2;
+    const std::vector<Sample>& samples = records[e].samples;
+    result.experiments.push_back({records[e].name, samples.front().t, samples.size(),
+                                  simulation_fit(result.model, initial[e], samples, propagation)});
+    all += error_sums(speeds_of(samples), result.experiments.back().fit.y);
   }
   result.fit_percent = fit_percent(all);
   result.mse = mean_square_error(all);
@@ -166,8 +161,9 @@ Minimum robust_search(const OutputError& error, Minimum found, const SearchLimit
 
 }  // namespace
 
-Identification identify(const Model& model, const std::vector<Record>& records,
+Identification identify(const Model& model, const std::vector<Record>& whole,
                         const IdentifySettings& settings) {
+  const std::vector<Record> records = split_at_gaps(whole, settings.longest_gap_s);
   const OutputError error(model, records, settings.initial, settings.propagation);
   check_length(error, records);
   SearchLimits limits = limits_for(error);

@@ -1,14 +1,15 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "armukf/batch/initial_states.hpp"
 #include "armukf/core/record.hpp"
+#include "armukf/core/segments.hpp"
+#include "armukf/core/square_matrix.hpp"
 #include "armukf/model/model.hpp"
-#include "armukf/ode/propagate.hpp"
+#include "armukf/ode/propagation.hpp"
 
 namespace armukf {
 
@@ -20,6 +21,7 @@ struct IdentifySettings {
   std::uint64_t seed = 1;  // of the drawn starts
   bool robust = false;     // Huber's loss in place of squares
   int iterations = 100;    // at most, of one search
+  double longest_gap_s = kLongestGapS;  // s; a record is cut at longer intervals
 };
 
 /// What was found about an unknown parameter.
@@ -31,14 +33,22 @@ struct ParameterEstimate {
   bool on_bound;       // the search pressed against a bound: the sd do not hold
 };
 
+/// A piece of a record between its gaps, and how the model does on it.
+struct Experiment {
+  std::string file;     // the record's name
+  double from_s = 0.0;  // time of its first sample
+  std::size_t samples = 0;
+  SimulationFit fit;  // initial states with sd for residuals of any colour
+};
+
 /// Output-error least squares over one or more records.
 struct Identification {
   Model model;  // with the estimated values
   std::vector<ParameterEstimate> parameters;
-  Eigen::MatrixXd correlation;             // of the parameters' estimates, white residuals
-  std::vector<SimulationFit> experiments;  // initial states with sd for residuals of any colour
-  double fit_percent = 0.0;                // over all experiments, each about its own mean
-  double mse = 0.0;                        // (rad/s)^2
+  SquareMatrix correlation;             // of the parameters' estimates, white residuals
+  std::vector<Experiment> experiments;  // a piece of a record each
+  double fit_percent = 0.0;             // over all experiments, each about its own mean
+  double mse = 0.0;                     // (rad/s)^2
   double fpe = 0.0;     // mse (1 + d/N) / (1 - d/N), d free variables, N measurements
   double aic = 0.0;     // N ln(mse) + N (ln(2 pi) + 1) + 2 d
   double bic = 0.0;     // the same with d ln(N)
@@ -53,7 +63,8 @@ struct Identification {
 
 /// Minimises the squared simulation error of the motor speed over the model's unknown parameters
 /// and the free initial states of every record, which is what `nlgreyest` calls an output-error
-/// fit. Throws InputError where the records are too short for that many unknowns.
+/// fit. Each piece of a record between its gaps is an experiment of its own. Throws InputError
+/// where the records are too short for that many unknowns.
 Identification identify(const Model& model, const std::vector<Record>& records,
                         const IdentifySettings& settings);
 

@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "armukf/batch/output_error.hpp"
+#include "armukf/core/constants.hpp"
 #include "armukf/core/statistics.hpp"
 
 namespace armukf {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 Model all_known(Model model) {
   for (Parameter& p : model.parameters) p.known = true;
@@ -28,8 +26,7 @@ InitialStates fit_initial_states(const Model& model, const InitialChoice& choice
   const std::vector<Record> records{{"", samples}};
   const OutputError error(known, records, choice, propagation);
   if (choice.free.empty() || error.measured() < error.variables()) return initial;
-  const Minimum minimum = search(error, error.variables_of_model(),
-                                 std::numeric_limits<double>::infinity(), limits_for(error));
+  const Minimum minimum = search(error, error.variables_of_model(), kInfinite, limits_for(error));
   const OutputError::Evaluation at = error.evaluate(minimum.z.data());
   if (!at.valid) return initial;
   initial.x0 = error.initial_states_at(minimum.z.data(), 0);
@@ -54,13 +51,6 @@ SimulationFit compared(std::vector<double> y, const InitialStates& initial,
 SimulationFit simulation_fit(const Model& model, const InitialStates& initial,
                              const std::vector<Sample>& samples, const Propagation& propagation) {
   return compared(simulate(model, initial.x0, samples, propagation), initial, samples);
-}
-
-SimulationFit simulation_fit(const Model& model, const std::vector<Sample>& samples,
-                             const Propagation& propagation, double fraction) {
-  const InitialStates initial =
-      fit_initial_states(model, all_free(model), beginning(samples, fraction), propagation);
-  return simulation_fit(model, initial, samples, propagation);
 }
 
 std::vector<Sample> beginning(const std::vector<Sample>& samples, double fraction) {

@@ -5,7 +5,7 @@
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/record.hpp"
 #include "armukf/model/model.hpp"
-#include "armukf/ode/propagate.hpp"
+#include "armukf/ode/propagation.hpp"
 
 namespace armukf {
 
@@ -24,8 +24,8 @@ InitialStates fit_initial_states(const Model& model, const InitialChoice& choice
 
 /// How well a model simulates a record.
 struct SimulationFit {
-  double fit_percent;
-  double mse;  // (rad/s)^2
+  double fit_percent;  // minus infinity, and
+  double mse;          // (rad/s)^2, infinite where it cannot be simulated with these values
   InitialStates initial;
   std::vector<double> y;  // rad/s, simulated, at each sample
 };
@@ -37,10 +37,6 @@ SimulationFit compared(std::vector<double> y, const InitialStates& initial,
 /// The whole record simulated from the given initial states.
 SimulationFit simulation_fit(const Model& model, const InitialStates& initial,
                              const std::vector<Sample>& samples, const Propagation& propagation);
-
-/// The same with all initial states fitted to the first `fraction` of the record.
-SimulationFit simulation_fit(const Model& model, const std::vector<Sample>& samples,
-                             const Propagation& propagation, double fraction = 0.1);
 
 /// The first `fraction` of a record, at least one sample.
 std::vector<Sample> beginning(const std::vector<Sample>& samples, double fraction);

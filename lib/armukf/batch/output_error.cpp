@@ -3,18 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
+#include "armukf/batch/sensitivity.hpp"
+#include "armukf/core/constants.hpp"
 #include "armukf/fit/loss.hpp"
+#include "armukf/model/plant.hpp"
 
 namespace armukf {
 namespace {
-
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
-/// rad; a spring that winds by more is not one: the search has let an arm go that then floats about
-/// and mimics a drifting torque.
-constexpr double kWound = 10.0;
 
 /// A trial step is mostly accepted, and then its Jacobian is wanted as well, which costs hardly
 /// more when both are found at once: keeps what the last trial gave.
@@ -85,8 +81,10 @@ Variables OutputError::variables_of_model() const {
   for (const Record& record : records_) {
     const std::vector<double> guess = initial_guess(model_, initial_, record.samples);
     for (const int i : initial_.free) {
-      const bool twist = i == kTwistGear || i == kTwistArm;
-      const double most = twist ? kWound : i < kArmStates ? fastest(record.samples) : kInfinite;
+      const Motive motive = model_.states[i].motive;
+      const double most = motive == Motive::kTwist   ? kMostTwist
+                          : motive == Motive::kSpeed ? fastest(record.samples)
+                                                     : kInfinite;
       add(guess[i], -most, most);
     }
   }
@@ -107,8 +105,7 @@ std::vector<double> OutputError::initial_states_at(const double* v, int record) 
 
 OutputError::Evaluation OutputError::evaluate(const double* v) const {
   const Model model = model_at(v);
-  const double shares = model.parameters[kAm].value + model.parameters[kAg].value;
-  Evaluation all{.valid = shares < 1.0, .r = Eigen::VectorXd(rows_), .J = {}};
+  Evaluation all{.valid = model.is_physical(model.values()), .r = Eigen::VectorXd(rows_), .J = {}};
   if (records_.size() > 1) all.J = JacobianMatrix::Zero(rows_, variables());
   const std::vector<Stretch> rows = stretches();
   for (std::size_t e = 0; e < records_.size() && all.valid; ++e)
@@ -122,7 +119,9 @@ bool OutputError::evaluate(const Model& model, const double* v, int record, Eige
   Sensitivities found = sensitivities(model, initial_states_at(v, record), samples, propagation_,
                                       {unknowns_, initial_.free});
   if (samples.empty()) return true;
-  if (std::isnan(found.y.back()) || found.largest_twist > kWound) return false;
+  // A spring that winds further is not one: the search has let an arm go that then floats about and
+  // mimics a drifting torque.
+  if (std::isnan(found.y.back()) || found.largest_twist > kMostTwist) return false;
   const auto n = static_cast<Eigen::Index>(samples.size());
   for (Eigen::Index k = 0; k < n; ++k) {
     const bool missing = std::isnan(samples[k].y);

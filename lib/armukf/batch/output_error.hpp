@@ -8,7 +8,7 @@
 #include "armukf/fit/covariance.hpp"
 #include "armukf/fit/least_squares.hpp"
 #include "armukf/model/model.hpp"
-#include "armukf/ode/propagate.hpp"
+#include "armukf/ode/propagation.hpp"
 
 namespace armukf {
 

@@ -2,18 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <utility>
 
+#include "armukf/core/constants.hpp"
 #include "armukf/filter/kalman.hpp"
 #include "armukf/filter/linearised.hpp"
 #include "armukf/model/dynamics.hpp"
+#include "armukf/model/plant.hpp"
+#include "armukf/ode/propagate.hpp"
 
 namespace armukf {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Sums over a filter's innovations, the sensor's noise variance taken for 1.
 struct InnovationSums {
@@ -41,11 +41,9 @@ using ArmShape = FixedShape<kArmStates, 0>;
 using FewShape = BoundedShape<8, 8>;
 using AnyShape = BoundedShape<kMaxStates, kMaxStates>;
 
-/// Prior deviations of the initial states; they fade within a second. Until then they count for
+/// The prior deviations of the initial states fade within a second. Until then they count for
 /// nothing in the sums: in units of the sensor's noise, which is not known yet, they may be far
 /// off.
-constexpr double kTwistSd = 0.3;    // rad
-constexpr double kSpeedSd = 5.0;    // rad/s
 constexpr double kFadedS = 1.0;     // s
 constexpr double kMostFaded = 0.1;  // of a short record
 
@@ -56,12 +54,6 @@ struct Setting {
   const std::vector<Sample>& samples;
   const Propagation& propagation;
 };
-
-std::vector<double> values_of(const Model& model) {
-  std::vector<double> values;
-  for (const Parameter& p : model.parameters) values.push_back(p.value);
-  return values;
-}
 
 /// Model states from sample k - 1 to sample k, for rows of any number.
 template <class T>
@@ -91,7 +83,7 @@ class Step {
 
  private:
   static std::vector<T> to_numbers(const Model& model) {
-    const std::vector<double> values = values_of(model);
+    const std::vector<double> values = model.values();
     return {values.begin(), values.end()};
   }
 
@@ -103,13 +95,9 @@ class Step {
 /// Torque noise as variance added to each state per second.
 template <class Shape>
 StepNoise<Shape> noise_per_second(const Model& model, double density) {
-  const std::vector<double> p = values_of(model);
-  const Coefficients<double> c(p.data());
-  const auto variance = [&](double mobility) { return std::pow(mobility * density, 2); };
+  const std::array<double, kMassCount> mobility = mobilities(model.values().data());
   StepNoise<Shape> noise{};
-  noise[kSpeedMotor] = variance(c.motor_mobility);
-  noise[kSpeedGear] = variance(c.gear_mobility);
-  noise[kSpeedArm] = variance(c.arm_mobility);
+  for (int i = 0; i < kMassCount; ++i) noise[kMasses[i].speed] = std::pow(mobility[i] * density, 2);
   return noise;
 }
 
@@ -118,8 +106,10 @@ Gaussian<Shape> first_belief(const Setting& setting, Shape shape) {
   Gaussian<Shape> belief;
   belief.shape = shape;
   for (int i = 0; i < shape.states(); ++i) {
-    const bool twist = i == kTwistGear || i == kTwistArm;
-    const double sd = twist ? kTwistSd : i < kArmStates ? kSpeedSd : setting.model.states[i].spread;
+    const Coordinate& state = setting.model.states[i];
+    const double sd = state.motive == Motive::kTwist   ? kTwistSpread
+                      : state.motive == Motive::kSpeed ? kSpeedSpread
+                                                       : state.spread;
     belief.mean[i] = setting.x0[i];
     belief.covariance[i][i] = sd * sd;
   }
@@ -228,7 +218,7 @@ double best_density(const Setting& setting, Shape shape, std::size_t horizon) {
       const double error = y - setting.samples[k].y;
       if (!std::isnan(setting.samples[k].y)) sum += error * error;
     });
-    return std::isnan(sum) ? std::numeric_limits<double>::infinity() : sum;
+    return std::isnan(sum) ? kInfinite : sum;
   }));
 }
 

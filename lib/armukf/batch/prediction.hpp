@@ -5,7 +5,7 @@
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/record.hpp"
 #include "armukf/model/model.hpp"
-#include "armukf/ode/propagate.hpp"
+#include "armukf/ode/propagation.hpp"
 
 namespace armukf {
 

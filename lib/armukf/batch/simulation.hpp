@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "armukf/core/record.hpp"
-#include "armukf/fit/covariance.hpp"
 #include "armukf/model/model.hpp"
-#include "armukf/ode/propagate.hpp"
+#include "armukf/model/plant.hpp"
+#include "armukf/ode/propagation.hpp"
 
 namespace armukf {
 
@@ -25,36 +25,10 @@ std::vector<std::vector<double>> simulate_states(const Model& model, const std::
 /// The measured speeds (rad/s) of a record.
 std::vector<double> speeds_of(const std::vector<Sample>& samples);
 
-/// By what a simulation is differentiated: positions in the model.
-struct Directions {
-  std::vector<int> parameters;
-  std::vector<int> initial_states;
-
-  int size() const { return static_cast<int>(parameters.size() + initial_states.size()); }
-};
-
-/// A simulation and its exact derivatives: dy_k / d direction_j in row k, column j; the parameters
-/// first, each per its own unit.
-struct Sensitivities {
-  std::vector<double> y;
-  JacobianMatrix gradient;
-  double largest_twist = 0.0;  // rad, of either spring at any sample
-};
-
-Sensitivities sensitivities(const Model& model, const std::vector<double>& x0,
-                            const std::vector<Sample>& samples, const Propagation& propagation,
-                            const Directions& directions);
-
-/// Derivatives of the simulated speed by the amplitude of torques that are added to the input: a
-/// column per torque, N.m at each sample and held like the input.
-JacobianMatrix torque_sensitivities(const Model& model, const std::vector<double>& x0,
-                                    const std::vector<Sample>& samples,
-                                    const Propagation& propagation, const Eigen::MatrixXd& torques);
-
 /// What is known of the states at a record's first sample; positions are those of the model.
 struct InitialChoice {
-  std::vector<int> free{kSpeedMotor, kSpeedGear, kSpeedArm};  // to be fitted to the record
-  std::map<int, double> given;                                // values of others
+  std::vector<int> free = speed_states();  // to be fitted to the record
+  std::map<int, double> given;             // values of others
 };
 
 /// The published procedure: the twists start at 0, the speeds are free, and of effects' states the

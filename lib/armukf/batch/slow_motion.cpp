@@ -1,18 +1,19 @@
 #include "armukf/batch/slow_motion.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <vector>
 
 #include "armukf/batch/identify.hpp"
-#include "armukf/batch/segments.hpp"
+#include "armukf/core/constants.hpp"
 #include "armukf/core/dual.hpp"
 #include "armukf/core/error.hpp"
+#include "armukf/core/segments.hpp"
 #include "armukf/fit/covariance.hpp"
+#include "armukf/fit/dense.hpp"
+#include "armukf/model/plant.hpp"
 
 namespace armukf {
 namespace {
@@ -26,7 +27,7 @@ constexpr double kLeastSpeedChange = 0.05;  // of the greatest speed, rms over t
 constexpr double kLeastInertia = 1e-6;  // kg.m^2
 
 /// The unknowns, in this order.
-constexpr std::array<int, 6> kSought{kFv, kFc, kFcs, kAlpha, kBeta, kJ};
+constexpr std::array<int, 6> kSought{kFv, kFc, kFcs, kAlpha, kBeta, kTotalInertia};
 constexpr int kUnknowns = kSought.size();
 using Number = Dual<8>;  // a lane per unknown, rounded up to a vector register
 
@@ -58,7 +59,7 @@ void add_windows(const std::vector<Sample>& samples, std::vector<Window>& window
 class TorqueBalance {
  public:
   TorqueBalance(const Model& model, std::vector<Window> windows) : windows_(std::move(windows)) {
-    for (const Parameter& p : model.parameters) parameters_.push_back(p.value);
+    parameters_ = model.values();
   }
 
   int size() const { return static_cast<int>(windows_.size()); }
@@ -69,7 +70,7 @@ class TorqueBalance {
     for (int i = 0; i < kUnknowns; ++i) p[kSought[i]] = Number::variable(z[i], i);
     const Coefficients<Number> coefficients(p.data());
     for (int k = 0; k < size(); ++k) {
-      const Number balance = missing_torque(coefficients, p[kJ], windows_[k]);
+      const Number balance = missing_torque(coefficients, p[kTotalInertia], windows_[k]);
       r[k] = balance.value;
       for (int i = 0; gradient != nullptr && i < kUnknowns; ++i)
         gradient[k * kUnknowns + i] = balance.gradient[i];
@@ -102,7 +103,7 @@ std::vector<double> solved(const TorqueBalance& balance, double alpha, double be
   r -= jacobian.col(5);  // at J = 1 to J = 0
   Eigen::MatrixXd regressors(balance.size(), kLinear.size());
   for (int i = 0; i < 4; ++i) regressors.col(i) = jacobian.col(kLinear[i]);
-  const Eigen::VectorXd best = regressors.colPivHouseholderQr().solve(-r);
+  const Eigen::VectorXd best = least_squares_solution(regressors, -r);
   for (int i = 0; i < 4; ++i) z[kLinear[i]] = std::max(i == 3 ? kLeastInertia : 0.0, best[i]);
   return z;
 }
@@ -118,7 +119,7 @@ std::vector<Guess> guesses(const TorqueBalance& balance) {
   std::vector<Guess> best;
   Eigen::VectorXd r(balance.size());
   for (double alpha = 0.5; alpha < 10.0; alpha *= 2.0) {
-    Guess guess{{}, std::numeric_limits<double>::infinity()};
+    Guess guess{{}, kInfinite};
     for (double beta = 0.25; beta < 20.0; beta *= 2.0) {
       std::vector<double> z = solved(balance, alpha, beta);
       balance(z.data(), r.data(), nullptr);

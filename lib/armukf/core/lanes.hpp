@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 
@@ -27,8 +28,11 @@ inline Pack broadcast(double value) { return Pack{} + value; }
 
 /// A row of N numbers that are treated alike: a lane per sigma point, or a derivative per
 /// direction. N is a multiple of 8, so that its packs are full on every machine.
+///
+/// Its layout is the same on every machine, so that parts of a program that were compiled for
+/// different ones may share it.
 template <int N>
-struct Lanes {
+struct alignas(64) Lanes {
   static_assert(N % 8 == 0);
   static constexpr int kPacks = N / kPackWidth;
   std::array<Pack, kPacks> packs;
@@ -63,17 +67,20 @@ struct Lanes {
   }
 };
 
-/// Sum of the elements of a register, in halves: the additions of one level do not wait for each
-/// other.
-inline double sum(Pack v) {
+/// Sum of the elements of a register of that width, in halves: the additions of one level do not
+/// wait for each other.
+template <int Width>
+double sum_of_halves(Pack v) {
   using Half [[gnu::vector_size(kPackWidth * sizeof(double) / 2)]] = double;
   Half halves[2];
   std::memcpy(halves, &v, sizeof v);
   const Half rest = halves[0] + halves[1];
-  if constexpr (kPackWidth == 8) return (rest[0] + rest[1]) + (rest[2] + rest[3]);
-  if constexpr (kPackWidth == 4) return rest[0] + rest[1];
+  if constexpr (Width == 8)
+    return (rest[0] + rest[Width / 8]) + (rest[Width / 4] + rest[Width / 4 + 1]);
+  if constexpr (Width == 4) return rest[0] + rest[Width / 4];
   return rest[0];
 }
+inline double sum(Pack v) { return sum_of_halves<kPackWidth>(v); }
 
 /// Sum over all lanes.
 template <int N>

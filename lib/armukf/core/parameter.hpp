@@ -17,15 +17,31 @@ struct Parameter {
   double scale = 1.0;         // a typical size; where a search begins if `value` is on a bound
   bool known = true;
   double spread = 0.5;  // prior sd of the start value, relative to it (or to `scale`)
+  bool share = false;   // of a whole of 1; all shares of a model together stay below it
+};
+
+/// What is known of a moving quantity when a record begins.
+enum class Beginning {
+  kZero,   // at rest: about 0
+  kSpeed,  // about the measured speed
+  kAngle   // nothing: an angle, whose zero no record tells; it goes with the measured motion
+};
+
+/// What sort of quantity moves.
+enum class Motive {
+  kTwist,  // rad, of a spring between two masses
+  kSpeed,  // rad/s, of a mass
+  kOwn     // an effect's own
 };
 
 /// A quantity that moves.
 struct Coordinate {
   std::string name;
   std::string unit;
-  double spread = 0.0;               // prior standard deviation at the first sample
-  bool starts_with_motor = false;    // at the motor's speed, else at 0
-  bool follows_motor_angle = false;  // an angle of unknown zero, moved by the motor's speed
+  Motive motive = Motive::kOwn;
+  Beginning beginning = Beginning::kZero;
+  double spread = 0.0;  // prior sd at the first sample, of an effect's own; twists and speeds have
+                        // theirs in StatePrior
 };
 
 }  // namespace armukf

@@ -4,28 +4,34 @@
 #include <boost/math/special_functions/erf.hpp>
 #include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <utility>
 
+#include "armukf/core/constants.hpp"
+
 namespace armukf {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 double or_zero(double x) { return std::isnan(x) ? 0.0 : x; }
 
 }  // namespace
 
+ErrorSums& ErrorSums::operator+=(const ErrorSums& other) {
+  count += other.count;
+  error2 += other.error2;
+  spread2 += other.spread2;
+  return *this;
+}
+
 ErrorSums error_sums(std::span<const double> y, std::span<const double> predicted) {
   ErrorSums sums;
-  const auto counts = [&](std::size_t k) { return !std::isnan(y[k]) && !std::isnan(predicted[k]); };
   double mean = 0.0;
-  for (std::size_t k = 0; k < y.size(); ++k)
-    if (counts(k)) mean += (y[k] - mean) / static_cast<double>(++sums.count);
+  for (const double value : y)
+    if (!std::isnan(value)) mean += (value - mean) / static_cast<double>(++sums.count);
   for (std::size_t k = 0; k < y.size(); ++k) {
-    if (!counts(k)) continue;
-    sums.error2 += (y[k] - predicted[k]) * (y[k] - predicted[k]);
+    if (std::isnan(y[k])) continue;
+    const double error = y[k] - predicted[k];
+    sums.error2 += std::isfinite(error) ? error * error : kInfinite;
     sums.spread2 += (y[k] - mean) * (y[k] - mean);
   }
   return sums;
@@ -99,43 +105,6 @@ double ljung_box_p(std::span<const double> r, std::size_t n) {
 double ljung_box_p(std::span<const double> e) {
   const auto present = std::ranges::count_if(e, [](double x) { return !std::isnan(x); });
   return ljung_box_p(autocorrelation(e, kWhitenessLags), static_cast<std::size_t>(present));
-}
-
-void InnovationStatistics::add(double y, double predicted, double normalised_innovation,
-                               double log_likelihood) {
-  if (count_++ == 0) offset_ = y;
-  const double shifted = y - offset_;
-  sum_y_ += shifted;
-  sum_y2_ += shifted * shifted;
-  sum_error2_ += (y - predicted) * (y - predicted);
-  sum_nis_ += normalised_innovation * normalised_innovation;
-  log_likelihood_ += log_likelihood;
-  remember(normalised_innovation);
-}
-
-void InnovationStatistics::remember(double normalised_innovation) {
-  const double* past = past_.data() + newest_;
-  for (int k = 0; k < kWindow; ++k) products_[k] += normalised_innovation * past[k];
-  // Every value is kept twice, a window apart, so that the last ones always lie in a row.
-  newest_ = (newest_ + kWindow - 1) % kWindow;
-  past_[newest_] = past_[newest_ + kWindow] = normalised_innovation;
-}
-
-double InnovationStatistics::fit_percent() const {
-  const double spread2 = sum_y2_ - sum_y_ * sum_y_ / static_cast<double>(count_);
-  return armukf::fit_percent({count_, sum_error2_, spread2});
-}
-
-double InnovationStatistics::rmse() const {
-  return std::sqrt(sum_error2_ / static_cast<double>(count_));
-}
-
-double InnovationStatistics::mean_nis() const { return sum_nis_ / static_cast<double>(count_); }
-
-double InnovationStatistics::ljung_box_p() const {
-  std::array<double, kWhitenessLags> r;
-  for (int k = 0; k < kWhitenessLags; ++k) r[k] = products_[k] / sum_nis_;
-  return armukf::ljung_box_p(r, count_);
 }
 
 }  // namespace armukf

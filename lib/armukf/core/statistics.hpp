@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -10,19 +9,24 @@ namespace armukf {
 /// How far apart residuals are still compared by the tests of whiteness, in samples.
 inline constexpr int kWhitenessLags = 25;
 
-/// Sums over the rows where neither y nor what was predicted for it is NaN.
+/// Sums over the rows where y was measured (is not NaN). A prediction that is not finite there
+/// makes the error infinite: what cannot be simulated explains nothing, however well it began.
 struct ErrorSums {
   std::size_t count = 0;
   double error2 = 0.0;   // of y - predicted
   double spread2 = 0.0;  // of y - mean y
+
+  /// Adds those of another record, each about its own mean.
+  ErrorSums& operator+=(const ErrorSums& other);
 };
 ErrorSums error_sums(std::span<const double> y, std::span<const double> predicted);
 
-/// 100 (1 - |y - predicted| / |y - mean y|); NaN where y does not vary.
+/// 100 (1 - |y - predicted| / |y - mean y|); NaN where y does not vary, minus infinity where the
+/// prediction is not finite.
 double fit_percent(const ErrorSums& sums);
 double fit_percent(std::span<const double> y, std::span<const double> predicted);
 
-/// Mean of (y - predicted)^2.
+/// Mean of (y - predicted)^2; infinite where the prediction is not finite.
 double mean_square_error(const ErrorSums& sums);
 double mean_square_error(std::span<const double> y, std::span<const double> predicted);
 
@@ -47,39 +51,5 @@ double ljung_box_p(std::span<const double> r, std::size_t n);
 
 /// The same from a record of residuals, over kWhitenessLags.
 double ljung_box_p(std::span<const double> e);
-
-/// Statistics of a filter's innovations as they come, in constant memory.
-class InnovationStatistics {
- public:
-  /// A measurement y and what was predicted for it (rad/s), the innovation over its standard
-  /// deviation, and the measurement's log-likelihood given those before.
-  void add(double y, double predicted, double normalised_innovation, double log_likelihood);
-
-  /// A sample without a measurement that counts: it keeps its place in time.
-  void skip() { remember(0.0); }
-
-  std::size_t count() const { return count_; }
-  double fit_percent() const;
-  double rmse() const;         // rad/s
-  double mean_nis() const;     // 1 for an honest filter
-  double ljung_box_p() const;  // of the normalised innovations
-  double log_likelihood() const { return log_likelihood_; }
-
- private:
-  static constexpr int kWindow = 32;  // lags kept, whole vector registers
-  static_assert(kWhitenessLags < kWindow);
-  void remember(double normalised_innovation);
-
-  std::size_t count_ = 0;
-  double offset_ = 0.0;  // first y: sums about it do not cancel
-  double sum_y_ = 0.0;
-  double sum_y2_ = 0.0;
-  double sum_error2_ = 0.0;
-  double sum_nis_ = 0.0;
-  double log_likelihood_ = 0.0;
-  std::array<double, kWindow> products_{};  // [k - 1]: sum over t of e_t e_{t-k}
-  std::array<double, 2 * kWindow> past_{};  // from newest_ on: the last innovations, newest first
-  int newest_ = 0;
-};
 
 }  // namespace armukf

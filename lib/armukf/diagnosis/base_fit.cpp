@@ -5,17 +5,16 @@
 #include <numbers>
 
 #include "armukf/batch/frequency_start.hpp"
+#include "armukf/model/plant.hpp"
 
 namespace armukf {
 namespace {
 
 constexpr int kIterations = 100;
 constexpr double kSameMinimum = 0.01;  // of the mean squared error
-constexpr double kMostTwist = 1.0;     // rad; no joint is wound further when a record begins
 constexpr int kPhases = 16;            // of an angle's period
 constexpr double kSpreadSds = 3.0;     // deviations that a record of another day may be off
 constexpr double kLeastSpread = 0.01;  // relative
-constexpr double kSoft = 0.5;          // of the arm's stiffness and of the dampings
 
 InitialChoice all_from(const Model& model, const std::vector<double>& x0) {
   InitialChoice choice = all_free(model);
@@ -34,7 +33,10 @@ FittedModel from_fit(const Model& model, const SimulationFit& fit, const Record&
 }
 
 bool plausible(const FittedModel& fit) {
-  return std::abs(fit.x0[kTwistGear]) < kMostTwist && std::abs(fit.x0[kTwistArm]) < kMostTwist;
+  for (std::size_t i = 0; i < fit.x0.size(); ++i)
+    if (fit.model.states[i].motive == Motive::kTwist && std::abs(fit.x0[i]) >= kUsualTwist)
+      return false;
+  return true;
 }
 
 double simulated_mse(const Model& model, const std::vector<double>& x0,
@@ -49,10 +51,8 @@ std::vector<double> with_angles(const Model& model, std::vector<double> x0,
                                 const std::vector<Sample>& samples,
                                 const Propagation& propagation) {
   for (const EffectSlot& slot : model.effects) {
-    const int count =
-        std::visit([]<class E>(const E&) { return int{E::states.size()}; }, slot.effect);
-    for (int i = slot.first_state; i < slot.first_state + count; ++i) {
-      if (!model.states[i].follows_motor_angle) continue;
+    for (int i = slot.first_state; i < slot.first_state + slot.state_count(); ++i) {
+      if (model.states[i].beginning != Beginning::kAngle) continue;
       const double harmonic = harmonic_of(model, slot);
       double best = x0[i];
       double least = kUnbounded;
@@ -80,7 +80,7 @@ double harmonic_of(const Model& model, const EffectSlot& slot) {
 
 std::vector<double> extended(std::vector<double> x0, const Model& model) {
   for (std::size_t i = x0.size(); i < model.states.size(); ++i)
-    x0.push_back(model.states[i].starts_with_motor ? x0[kSpeedMotor] : 0.0);
+    x0.push_back(model.states[i].beginning == Beginning::kSpeed ? x0[kMeasuredState] : 0.0);
   return x0;
 }
 
@@ -91,7 +91,7 @@ FittedModel fitted(const Model& model, const std::vector<double>& x0, const Reco
   settings.initial = all_from(model, x0);
   settings.iterations = iterations;
   const Identification found = identify(model, {record}, settings);
-  FittedModel result = from_fit(found.model, found.experiments[0], record);
+  FittedModel result = from_fit(found.model, found.experiments[0].fit, record);
   result.parameters = found.parameters;
   return result;
 }
@@ -110,7 +110,8 @@ Model with_fitted_spreads(const FittedModel& fit) {
 FittedModel placed(const Model& model, const Record& record, const Propagation& propagation) {
   std::vector<double> x0 =
       fit_initial_states(model, all_free(model), record.samples, propagation).x0;
-  const bool turns = std::ranges::any_of(model.states, &Coordinate::follows_motor_angle);
+  const bool turns = std::ranges::any_of(
+      model.states, [](const Coordinate& s) { return s.beginning == Beginning::kAngle; });
   if (turns) {
     x0 = with_angles(model, x0, record.samples, propagation);
     x0 = fit_initial_states(model, all_from(model, x0), record.samples, propagation).x0;
@@ -120,8 +121,8 @@ FittedModel placed(const Model& model, const Record& record, const Propagation& 
 
 BaseFit base_fit(const Model& model, const Record& record, const Propagation& propagation) {
   Model soft = model;
-  for (const int i : {kDg, kKa, kDa})
-    if (!soft.parameters[i].known) soft.parameters[i].value *= kSoft;
+  for (const auto& [name, factor] : soft_start())
+    if (Parameter& p = soft.parameter(name); !p.known) p.value *= factor;
   const std::vector<Model> starts{model, soft, from_frequency_response(model, record, propagation)};
   std::vector<FittedModel> fits;
   fits.reserve(starts.size());

@@ -1,14 +1,15 @@
 #include "armukf/diagnosis/score.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 
+#include "armukf/batch/sensitivity.hpp"
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/fit/covariance.hpp"
+#include "armukf/fit/dense.hpp"
 
 namespace armukf {
 namespace {
@@ -24,8 +25,7 @@ Eigen::VectorXd bounded_solution(const Eigen::MatrixXd& columns, const Eigen::Ve
   std::iota(active.begin(), active.end(), 0);
   Eigen::VectorXd b = Eigen::VectorXd::Zero(columns.cols());
   while (!active.empty()) {
-    const Eigen::MatrixXd part = columns(Eigen::all, active);
-    const Eigen::VectorXd found = part.colPivHouseholderQr().solve(r);
+    const Eigen::VectorXd found = least_squares_solution(columns(Eigen::all, active), r);
     int worst = -1;
     for (int k = 0; k < found.size(); ++k)
       if (positive[active[k]] && found[k] < 0.0 && (worst < 0 || found[k] < found[worst]))
@@ -52,8 +52,7 @@ ScoreTest::ScoreTest(const FittedModel& base, const std::vector<Sample>& samples
   Eigen::MatrixXd columns = all(measured_, Eigen::all);
   for (Eigen::Index j = 0; j < columns.cols(); ++j)
     if (const double length = columns.col(j).norm(); length > 0.0) columns.col(j) /= length;
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factors(columns);
-  explained_ = factors.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), factors.rank());
+  explained_ = orthonormal_basis(columns);
   residual_ = Eigen::Map<const Eigen::VectorXd>(
       base.residual.data(), static_cast<Eigen::Index>(base.residual.size()))(measured_);
   project(residual_);
@@ -105,7 +104,7 @@ Score ScoreTest::score_of(Eigen::MatrixXd columns, const std::vector<bool>& posi
       coloured_covariance(used_columns, left, inverse_information(used_columns),
                           {{0, used_columns.rows()}}, static_cast<Eigen::Index>(used.size()));
   const Eigen::VectorXd step = b(used);
-  score.statistic = step.dot(covariance.ldlt().solve(step));
+  score.statistic = step.dot(symmetric_solution(covariance, step));
   score.freedom = static_cast<int>(used.size());
   score.p_value = chi_square_tail(score.statistic, score.freedom);
   std::copy(b.begin(), b.end(), score.sizes.begin());

@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 
 #include "armukf/batch/prediction.hpp"
 #include "armukf/batch/simulation.hpp"
+#include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/diagnosis/portrait.hpp"
@@ -231,7 +231,7 @@ bool is_driven(const Refit& refit, const Fits& now, const Setting& s) {
   const std::vector<double> rest = extended(now.validation.x0, with.model);
   std::vector<double> x0 = with.x0;
   for (std::size_t i = now.validation.x0.size(); i < x0.size(); ++i)
-    if (!with.model.states[i].follows_motor_angle) x0[i] = rest[i];
+    if (with.model.states[i].beginning != Beginning::kAngle) x0[i] = rest[i];
   const std::vector<Sample>& samples = s.validation.samples;
   const auto error = [&](const Model& model, const std::vector<double>& start) {
     return late_error(samples, simulate(model, start, samples, s.propagation));
@@ -378,7 +378,7 @@ Measures measures_of(const FittedModel& fit, const Record& record, const Propaga
 /// Refuses a record in which torque or speed stand still.
 void check_excitation(const Record& record) {
   const auto check = [&](double Sample::*column, std::string_view name) {
-    double low = std::numeric_limits<double>::infinity();
+    double low = kInfinite;
     double high = -low;
     for (const Sample& sample : record.samples) {
       if (std::isnan(sample.*column)) continue;

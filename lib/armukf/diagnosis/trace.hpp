@@ -7,7 +7,7 @@
 #include "armukf/core/record.hpp"
 #include "armukf/diagnosis/base_fit.hpp"
 #include "armukf/model/model.hpp"
-#include "armukf/ode/propagate.hpp"
+#include "armukf/ode/propagation.hpp"
 
 namespace armukf {
 

@@ -53,7 +53,8 @@ std::vector<Trial> trials_of(std::string_view effect, const Model& model,
     if (first.sizes.empty()) return {};
   }
   for (std::size_t i = model.states.size(); i < first.model.states.size(); ++i)
-    if (first.model.states[i].follows_motor_angle) first.angle_state = static_cast<int>(i);
+    if (first.model.states[i].beginning == Beginning::kAngle)
+      first.angle_state = static_cast<int>(i);
   std::vector<Trial> trials{first};
   for (std::size_t i = 0; i < parameters.size(); ++i)
     if (parameters[i].role == Role::kShape)

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <array>
+#include <string_view>
 
 #include "armukf/filter/kalman.hpp"
 #include "armukf/filter/linearised.hpp"
+#include "armukf/filter/spread.hpp"
 
 namespace armukf {
 
@@ -26,7 +27,12 @@ class CovarianceFilter {
   using Shape = S;
   using Row = BeliefRow<Shape>;
 
-  explicit CovarianceFilter(Shape shape = {}, Rule<Shape> rule = Rule<Shape>()) : rule_(rule) {
+  /// What the user calls it, and whether its beliefs can be smoothed.
+  static constexpr std::string_view name = Rule<Shape>::filter_name;
+  static constexpr bool smooths = true;
+
+  explicit CovarianceFilter(Shape shape = {}, const UnscentedSpread& spread = {})
+      : rule_(spread, shape) {
     belief_.shape = shape;
   }
 

@@ -19,6 +19,9 @@ class IteratedFilter : public CovarianceFilter<Shape, Linearised> {
  public:
   using Base::Base;
 
+  static constexpr std::string_view name = "iekf";
+  static constexpr bool smooths = false;
+
   void forget(int i, double sd) {
     Base::forget(i, sd);
     has_moved_ = false;

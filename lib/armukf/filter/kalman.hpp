@@ -55,10 +55,11 @@ struct Innovation {
   /// Normalised innovation squared; chi-square with 1 degree of freedom if the filter is right.
   double nis() const { return value * value / variance; }
 
-  /// ln p(y | earlier measurements).
-  double log_likelihood() const {
+  /// ln p(y | earlier measurements), and the same if the normalised innovation squared were that.
+  double log_likelihood() const { return log_likelihood_at(nis()); }
+  double log_likelihood_at(double normalised_squared) const {
     constexpr double kLogTwoPi = 1.8378770664093453;
-    return -0.5 * (kLogTwoPi + std::log(variance) + nis());
+    return -0.5 * (kLogTwoPi + std::log(variance) + normalised_squared);
   }
 };
 

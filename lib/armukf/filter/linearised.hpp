@@ -1,9 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <string_view>
 
 #include "armukf/core/dual.hpp"
 #include "armukf/filter/kalman.hpp"
+#include "armukf/filter/spread.hpp"
 
 namespace armukf {
 
@@ -12,12 +15,16 @@ namespace armukf {
 template <class Shape>
 class Linearised {
  public:
-  using Row = BeliefRow<Shape>;
-  using Number = Dual<padded(Shape::kSize)>;
+  static constexpr std::string_view filter_name = "ekf";
 
-  Linearised() {
-    for (int i = 0; i < Shape::kSize; ++i) directions_[i][i] = 1.0;
-  }
+  using Row = BeliefRow<Shape>;
+
+  /// Directions are carried a few at a time: a number that fits into registers is differentiated
+  /// several times as fast as one of all directions, although its value is found anew.
+  static constexpr int kDirections = 8;
+  using Number = Dual<kDirections>;
+
+  explicit Linearised(const UnscentedSpread& /*spread*/ = {}, Shape /*shape*/ = {}) {}
 
   /// f takes the rows of states and of unknowns, each a Number, and returns the moved states.
   template <class F>
@@ -30,31 +37,59 @@ class Linearised {
   Image<Shape> about(const Row& point, const Gaussian<Shape>& belief, const F& f) const {
     Moved there = moved(belief.shape, point, f);
     for (int i = 0; i < belief.shape.states(); ++i)
-      there[i].value += dot(there[i].gradient, belief.mean - point);
+      there.value[i] += dot(there.gradient[i], belief.mean - point);
     return image(belief, there);
   }
 
   /// h takes the rows of the belief, each a Number, and returns what is measured.
   template <class H>
   Measurement<Shape> measurement(const Shape& shape, const Row& mean, const H& h) const {
-    const auto x = numbers(shape, mean);
-    const Number y = h(x.data());
-    return {y.value, y.gradient};
+    Measurement<Shape> measured{};
+    for_each_part(shape, mean, [&](const Number* x, int first) {
+      const Number y = h(x);
+      measured.value = y.value;
+      place(y, first, measured.gradient);
+    });
+    return measured;
   }
 
  private:
-  using Moved = std::array<Number, Shape::kStates>;
+  /// What f makes of a point, and its Jacobian by rows.
+  struct Moved {
+    std::array<double, Shape::kStates> value;
+    std::array<Row, Shape::kStates> gradient;
+  };
 
-  std::array<Number, Shape::kSize> numbers(const Shape& shape, const Row& point) const {
+  /// Calls visit(x, first) with the point's rows as numbers that know the directions from `first`
+  /// on.
+  template <class Visit>
+  static void for_each_part(const Shape& shape, const Row& point, const Visit& visit) {
     std::array<Number, Shape::kSize> x;
-    for (int i = 0; i < shape.size(); ++i) x[i] = Number(point[i], directions_[i]);
-    return x;
+    for (int i = 0; i < shape.size(); ++i) x[i] = Number(point[i]);
+    for (int first = 0; first < shape.size(); first += kDirections) {
+      const int count = std::min(kDirections, shape.size() - first);
+      for (int j = 0; j < count; ++j) x[first + j].gradient[j] = 1.0;
+      visit(x.data(), first);
+      for (int j = 0; j < count; ++j) x[first + j].gradient[j] = 0.0;
+    }
+  }
+
+  static void place(const Number& y, int first, Row& gradient) {
+    constexpr int kPacks = Lanes<kDirections>::kPacks;
+    for (int k = 0; k < kPacks; ++k) gradient.packs[first / kPackWidth + k] = y.gradient.packs[k];
   }
 
   template <class F>
   Moved moved(const Shape& shape, const Row& point, const F& f) const {
-    const auto x = numbers(shape, point);
-    return f(x.data(), x.data() + shape.states());
+    Moved all;
+    for_each_part(shape, point, [&](const Number* x, int first) {
+      const std::array<Number, Shape::kStates> there = f(x, x + shape.states());
+      for (int i = 0; i < shape.states(); ++i) {
+        all.value[i] = there[i].value;
+        place(there[i], first, all.gradient[i]);
+      }
+    });
+    return all;
   }
 
   Image<Shape> image(const Gaussian<Shape>& belief, const Moved& moved) const {
@@ -62,19 +97,17 @@ class Linearised {
     const int s = belief.shape.states();
     Image<Shape> image;
     for (int i = 0; i < s; ++i) {
-      image.mean[i] = moved[i].value;
+      image.mean[i] = moved.value[i];
       Row product{};
-      for (int j = 0; j < n; ++j) product += moved[i].gradient[j] * belief.covariance[j];
+      for (int j = 0; j < n; ++j) product += moved.gradient[i][j] * belief.covariance[j];
       image.with_old[i] = product;
       image.covariance[i] = product;
-      for (int k = 0; k <= i; ++k) image.covariance[i][k] = dot(product, moved[k].gradient);
+      for (int k = 0; k <= i; ++k) image.covariance[i][k] = dot(product, moved.gradient[k]);
     }
     for (int i = 0; i < s; ++i)
       for (int k = i + 1; k < s; ++k) image.covariance[i][k] = image.covariance[k][i];
     return image;
   }
-
-  std::array<Row, Shape::kSize> directions_{};  // unit rows, ready to load
 };
 
 }  // namespace armukf

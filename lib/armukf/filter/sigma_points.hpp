@@ -4,20 +4,9 @@
 #include <cmath>
 
 #include "armukf/filter/kalman.hpp"
+#include "armukf/filter/spread.hpp"
 
 namespace armukf {
-
-/// Spread of the scaled unscented transform. Source: R. van der Merwe, "Sigma-point Kalman filters
-/// for probabilistic inference in dynamic state-space models", 2004, eq. 3.12-3.15.
-struct UnscentedSpread {
-  double alpha = 1.0;  // distance of the points, in root-n deviations
-  double beta = 2.0;   // 2 is best for a normal distribution
-  double kappa = 0.0;
-};
-
-/// The spread of the cubature filter: points of equal weight, none at the centre.
-/// Source: I. Arasaratnam, S. Haykin, "Cubature Kalman filters", IEEE TAC 54 (2009), eq. 33.
-inline constexpr UnscentedSpread kCubatureSpread{1.0, 0.0, 0.0};
 
 /// Sigma points m, m + c L(:, j), m - c L(:, j), c^2 = n + lambda, with lambda = alpha^2 (n +
 /// kappa)

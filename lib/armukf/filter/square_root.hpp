@@ -45,7 +45,10 @@ class SquareRootFilter {
   using Shape = S;
   using Row = BeliefRow<Shape>;
 
-  explicit SquareRootFilter(const UnscentedSpread& spread = {}, Shape shape = {})
+  static constexpr std::string_view name = "srukf";
+  static constexpr bool smooths = false;
+
+  explicit SquareRootFilter(Shape shape = {}, const UnscentedSpread& spread = {})
       : shape_(shape), sigma_(spread, shape) {
     // w sum_j b_j b_j' + shift s s', s = w sum_j b_j, is that of b_j + (g - 1) mean b.
     const double n = shape.size();

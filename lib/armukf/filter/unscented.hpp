@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <string_view>
 
 #include "armukf/filter/sigma_points.hpp"
 
@@ -84,6 +85,8 @@ class SigmaPointRule {
 template <class Shape>
 class Unscented : public SigmaPointRule<Shape, true> {
  public:
+  static constexpr std::string_view filter_name = "ukf";
+
   explicit Unscented(const UnscentedSpread& spread = {}, Shape shape = {})
       : SigmaPointRule<Shape, true>(spread, shape) {}
 };
@@ -92,7 +95,11 @@ class Unscented : public SigmaPointRule<Shape, true> {
 template <class Shape>
 class Cubature : public SigmaPointRule<Shape, false> {
  public:
-  explicit Cubature(Shape shape = {}) : SigmaPointRule<Shape, false>(kCubatureSpread, shape) {}
+  static constexpr std::string_view filter_name = "ckf";
+
+  /// Its spread is its own, whatever was chosen.
+  explicit Cubature(const UnscentedSpread& /*spread*/ = {}, Shape shape = {})
+      : SigmaPointRule<Shape, false>(kCubatureSpread, shape) {}
 };
 
 }  // namespace armukf

@@ -1,9 +1,10 @@
 #include "armukf/fit/covariance.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "armukf/core/constants.hpp"
+#include "armukf/fit/dense.hpp"
 
 namespace armukf {
 namespace {
@@ -55,13 +56,12 @@ Eigen::MatrixXd inverse_information(const JacobianMatrix& J) {
   Eigen::VectorXd unit(n);
   for (Eigen::Index i = 0; i < n; ++i)
     unit[i] = information(i, i) > 0.0 ? 1.0 / std::sqrt(information(i, i)) : 1.0;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum(
-      Eigen::MatrixXd(unit.asDiagonal() * information * unit.asDiagonal()));
-  const Eigen::VectorXd& values = spectrum.eigenvalues();
+  const auto [values, vectors] =
+      symmetric_spectrum(unit.asDiagonal() * information * unit.asDiagonal());
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(n, n);
   Eigen::VectorXd blind = Eigen::VectorXd::Zero(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const auto direction = spectrum.eigenvectors().col(i);
+    const auto direction = vectors.col(i);
     if (values[i] > kRank * values[n - 1])
       inverse += direction * direction.transpose() / values[i];
     else
@@ -70,7 +70,7 @@ Eigen::MatrixXd inverse_information(const JacobianMatrix& J) {
   inverse = unit.asDiagonal() * inverse * unit.asDiagonal();
   constexpr double kTouched = 1e-4;  // a hundredth of the direction's length: not mere rounding
   for (Eigen::Index i = 0; i < n; ++i)
-    if (blind[i] > kTouched) inverse(i, i) = std::numeric_limits<double>::infinity();
+    if (blind[i] > kTouched) inverse(i, i) = kInfinite;
   return inverse;
 }
 

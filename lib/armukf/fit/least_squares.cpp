@@ -6,7 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "armukf/core/constants.hpp"
 
 namespace armukf {
 namespace {
@@ -97,7 +98,7 @@ Minimum least_squares(const Variables& variables, int residuals, const Residuals
                       const SearchLimits& limits) {
   Minimum minimum;
   minimum.z = variables.start;
-  minimum.cost = std::numeric_limits<double>::infinity();
+  minimum.cost = kInfinite;
   // Ceres prints to standard error where the very first evaluation fails.
   std::vector<double> r(residuals);
   if (!f(minimum.z.data(), r.data(), nullptr)) {

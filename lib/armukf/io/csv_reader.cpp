@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
 
 namespace armukf {
@@ -201,7 +202,7 @@ Sample CsvReader::parse(std::string_view row) {
 
 double CsvReader::number(std::size_t role) const {
   const std::string_view cell = cells_[positions_[role]];
-  const auto value = cell.empty() ? std::numeric_limits<double>::quiet_NaN() : to_number(cell);
+  const auto value = cell.empty() ? kNaN : to_number(cell);
   if (value && std::isfinite(*value)) return *value;
   if (!value) {
     const bool has_comma = cell.find(',') != std::string_view::npos;
@@ -209,7 +210,7 @@ double CsvReader::number(std::size_t role) const {
                                    has_comma ? "; the decimal sign is a point" : ""));
   }
   if (std::isinf(*value)) fail(names_[role], fmt::format("'{}' is not finite", shown(cell)));
-  if (role == kMeasurement) return std::numeric_limits<double>::quiet_NaN();
+  if (role == kMeasurement) return kNaN;
   fail(names_[role],
        fmt::format("'{}' is missing, which only {} may be", shown(cell), names_[kMeasurement]));
 }

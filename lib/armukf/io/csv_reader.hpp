@@ -3,12 +3,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "armukf/core/constants.hpp"
 #include "armukf/core/record.hpp"
 #include "armukf/io/byte_source.hpp"
 
@@ -58,7 +58,7 @@ class CsvReader {
   std::array<std::size_t, 3> positions_{};  // of them in a row
   std::size_t width_ = 0;                   // cells in the header; 0 before it is read
   char separator_ = ',';
-  double last_t_ = -std::numeric_limits<double>::infinity();  // s
+  double last_t_ = -kInfinite;  // s
   bool has_samples_ = false;
   std::vector<std::string_view> cells_;  // of the row at hand
 };

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <charconv>
 #include <optional>
+#include <system_error>
 
 #include "armukf/core/error.hpp"
 
@@ -20,6 +22,19 @@ constexpr std::string_view kFlexibleMode = "flexible_mode";
 
 }  // namespace
 
+EffectName parse_effect_name(std::string_view name) {
+  const auto colon = name.find(':');
+  if (colon == std::string_view::npos) return {std::string(name)};
+  EffectName result{std::string(name.substr(0, colon))};
+  const std::string_view digits = name.substr(colon + 1);
+  const char* end = digits.data() + digits.size();
+  const auto [rest, error] = std::from_chars(digits.data(), end, result.number);
+  if (error != std::errc() || rest != end || result.number < 1)
+    throw InputError(
+        fmt::format("'{}': behind the colon stands which of its kind it is, 1, 2 ...", name));
+  return result;
+}
+
 CataloguedEffect find_effect(std::string_view name) {
   if (name == kFlexibleMode) return effects::FlexibleMode<effects::Site::kArm>{};
   std::optional<CataloguedEffect> found;
@@ -33,6 +48,10 @@ CataloguedEffect find_effect(std::string_view name) {
   return *found;
 }
 
+std::string_view name_of(const CataloguedEffect& effect) {
+  return std::visit([]<class E>(const E&) { return std::string_view(E::name); }, effect);
+}
+
 std::vector<std::string_view> effect_names() {
   std::vector<std::string_view> names;
   for_each_effect(CataloguedEffect{}, [&]<class E>(E /*effect*/) { names.push_back(E::name); });
@@ -40,13 +59,32 @@ std::vector<std::string_view> effect_names() {
 }
 
 std::string family_of(std::string_view effect) {
-  return std::string(effect.starts_with(kFlexibleMode) ? kFlexibleMode : effect);
+  if (effect.starts_with(kFlexibleMode)) return std::string(kFlexibleMode);
+  return parse_effect_name(effect).kind;
 }
 
 std::vector<EffectParameter> parameters_of(const CataloguedEffect& effect) {
   return std::visit(
       []<class E>(const E&) {
         return std::vector<EffectParameter>(E::parameters.begin(), E::parameters.end());
+      },
+      effect);
+}
+
+std::vector<EffectState> states_of(const CataloguedEffect& effect) {
+  return std::visit(
+      []<class E>(const E&) {
+        return std::vector<EffectState>(E::states.begin(), E::states.end());
+      },
+      effect);
+}
+
+std::vector<std::string_view> freed_by(const CataloguedEffect& effect) {
+  return std::visit(
+      []<class E>(const E&) {
+        std::vector<std::string_view> names;
+        if constexpr (FreesParameters<E>) names.assign(E::frees.begin(), E::frees.end());
+        return names;
       },
       effect);
 }

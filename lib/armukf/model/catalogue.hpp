@@ -40,18 +40,34 @@ using CataloguedEffect = std::variant<
     effects::FlexibleMode<effects::Site::kMotor>, effects::Gravity, effects::PayloadChange,
     effects::SensorLag, effects::SpeedRipple>;
 
-/// The effect of that name; throws InputError that lists the known names. `flexible_mode` without a
+/// An effect as the user names it: `torque_ripple`, or `torque_ripple:2` for the second of its
+/// kind.
+struct EffectName {
+  std::string kind;  // its name in the catalogue
+  int number = 1;
+};
+
+/// Takes such a name apart; InputError where the number is none.
+EffectName parse_effect_name(std::string_view name);
+
+/// The effect of that kind; throws InputError that lists the known names. `flexible_mode` without a
 /// site is the one at the arm.
-CataloguedEffect find_effect(std::string_view name);
+CataloguedEffect find_effect(std::string_view kind);
+
+/// Its name in the catalogue.
+std::string_view name_of(const CataloguedEffect& effect);
 
 /// The names in the catalogue, in its order.
 std::vector<std::string_view> effect_names();
 
 /// What an effect and its relatives at other sites are called together: `flexible_mode` for
-/// `flexible_mode_gear`, its own name for any other.
+/// `flexible_mode_gear:2`, its own kind for any other.
 std::string family_of(std::string_view effect);
 
-/// The parameters of an effect in the catalogue.
+/// The parameters of an effect in the catalogue, its states, and the arm's parameters that it sets
+/// free.
 std::vector<EffectParameter> parameters_of(const CataloguedEffect& effect);
+std::vector<EffectState> states_of(const CataloguedEffect& effect);
+std::vector<std::string_view> freed_by(const CataloguedEffect& effect);
 
 }  // namespace armukf

@@ -22,26 +22,28 @@ FreeCoordinates::FreeCoordinates(const Model& model)
   for (const int i : unknowns_) kinds_.push_back(kind_of(i));
   for (int i = 0; i < static_cast<int>(parameters_.size()); ++i)
     if (parameters_[i].known) knowns_.push_back(i);
-  for (const int i : {kAm, kAg})
-    if (parameters_[i].known) free_share_ -= parameters_[i].value;
+  for (const Parameter& p : parameters_)
+    if (p.share && p.known) free_share_ -= p.value;
 }
 
 FreeCoordinates::Kind FreeCoordinates::kind_of(int parameter) const {
   const Parameter& p = parameters_[parameter];
-  if (parameter == kAm || parameter == kAg) return Kind::kShare;
+  if (p.share) return Kind::kShare;
   if (std::isfinite(p.lower) && std::isfinite(p.upper)) return Kind::kInterval;
   return std::isfinite(p.lower) ? Kind::kLog : Kind::kLinear;
 }
 
 std::vector<double> FreeCoordinates::from_physical(const std::vector<double>& p) const {
-  const double arm_share = 1.0 - p[kAm] - p[kAg];
+  double rest = 1.0;  // that of the mass whose share is no parameter
+  for (std::size_t i = 0; i < parameters_.size(); ++i)
+    if (parameters_[i].share) rest -= p[i];
   std::vector<double> z;
   for (int k = 0; k < size(); ++k) {
     const Parameter& parameter = parameters_[unknowns_[k]];
     const double value = inside(parameter, p[unknowns_[k]]);
     switch (kinds_[k]) {
       case Kind::kShare:
-        z.push_back(std::log(value / arm_share));
+        z.push_back(std::log(value / rest));
         break;
       case Kind::kLog:
         z.push_back(std::log(value - parameter.lower));

@@ -34,7 +34,7 @@ class Dynamics {
   /// rad/s, what the sensor shows of the motor's speed.
   T measured(double t, const T& u, const T* x) const {
     T y = x[kSpeedMotor];
-    const Motion<T> motion{t, u, x, coefficients_};
+    const Motion<T> motion{std::max(t, 0.0), u, x, coefficients_};
     for (const EffectSlot& slot : *effects_) {
       std::visit(
           [&]<class E>(const E&) {
@@ -49,7 +49,7 @@ class Dynamics {
  private:
   /// Sum of what the effects do to the masses; writes the rates of their states into dx.
   Contribution<T> contributions(double t, const T& u, const T* x, T* dx) const {
-    const Motion<T> motion{t, u, x, coefficients_};
+    const Motion<T> motion{std::max(t, 0.0), u, x, coefficients_};
     Contribution<T> sum;
     for (const EffectSlot& slot : *effects_) {
       std::visit(

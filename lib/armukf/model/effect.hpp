@@ -3,6 +3,7 @@
 #include <concepts>
 #include <string_view>
 
+#include "armukf/core/parameter.hpp"
 #include "armukf/model/arm.hpp"
 
 namespace armukf {
@@ -10,7 +11,7 @@ namespace armukf {
 /// What the arm does at one instant, as an effect sees it.
 template <class T>
 struct Motion {
-  double time;                 // s, since the first sample
+  double time;                 // s, since the first sample; 0 before it
   const T& input;              // N.m, torque that the motor is told to give
   const T* x;                  // the arm's states, in the order of ArmState
   const Coefficients<T>& arm;  // its parameters
@@ -80,13 +81,6 @@ struct EffectParameter {
   double scale;
   Role role = Role::kSize;
   Grid grid{};
-};
-
-/// What a state of an effect is when a record begins.
-enum class Beginning {
-  kZero,   // at rest
-  kSpeed,  // at the motor's speed
-  kAngle   // unknown: an angle, whose zero no record tells; it goes with the motor's angle
 };
 
 /// Name, unit, beginning and prior standard deviation of one state of an effect.

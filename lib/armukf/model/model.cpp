@@ -8,16 +8,17 @@
 #include <string>
 
 #include "armukf/core/error.hpp"
+#include "armukf/model/plant.hpp"
 
 namespace armukf {
 namespace {
 
 std::vector<Coordinate> arm_states() {
-  return {{"twist_gear", "rad"},
-          {"twist_arm", "rad"},
-          {"speed_motor", "rad/s"},
-          {"speed_gear", "rad/s"},
-          {"speed_arm", "rad/s"}};
+  return {{"twist_gear", "rad", Motive::kTwist, Beginning::kZero},
+          {"twist_arm", "rad", Motive::kTwist, Beginning::kZero},
+          {"speed_motor", "rad/s", Motive::kSpeed, Beginning::kSpeed},
+          {"speed_gear", "rad/s", Motive::kSpeed, Beginning::kSpeed},
+          {"speed_arm", "rad/s", Motive::kSpeed, Beginning::kSpeed}};
 }
 
 // Prior standard deviations, relative: masses and stiffnesses come from drawings, a hardening term
@@ -42,7 +43,40 @@ Parameter share(const char* name, double start) {
           .upper = 1.0,
           .scale = 1.0 / 3,
           .known = false,
-          .spread = kShareSpread};
+          .spread = kShareSpread,
+          .share = true};
+}
+
+/// `torque_ripple_2` of the second of its kind, the name itself of the first.
+std::string numbered(std::string_view name, int number) {
+  return number == 1 ? std::string(name) : fmt::format("{}_{}", name, number);
+}
+
+/// Relative inertia that an effect adds to each mass, the least over all times.
+std::array<double, kMassCount> least_inertias(const EffectSlot& slot,
+                                              const std::vector<double>& values) {
+  const Coefficients<double> c(values.data());
+  const std::vector<double> rest(kArmStates + 8, 0.0);
+  std::array<double, kMassCount> least{};
+  const auto at = [&](double time) {
+    const double u = 0.0;
+    const Motion<double> motion{time, u, rest.data(), c};
+    return std::visit(
+        [&]<class E>(const E&) -> std::array<double, kMassCount> {
+          if constexpr (ActsOnMasses<E>) {
+            const Contribution<double> sum =
+                E::contribute(motion, rest.data(), values.data() + slot.first_parameter);
+            return {sum.motor_inertia, sum.gear_inertia, sum.arm_inertia};
+          }
+          return {};
+        },
+        slot.effect);
+  };
+  constexpr double kEver = 1e9;  // s
+  const auto begin = at(0.0);
+  const auto end = at(kEver);
+  for (int i = 0; i < kMassCount; ++i) least[i] = std::min(begin[i], end[i]);
+  return least;
 }
 
 }  // namespace
@@ -63,39 +97,91 @@ std::vector<int> Model::unknowns() const {
   return positions;
 }
 
+std::string EffectSlot::name() const {
+  const std::string_view kind = name_of(effect);
+  return number == 1 ? std::string(kind) : fmt::format("{}:{}", kind, number);
+}
+
+int EffectSlot::state_count() const { return static_cast<int>(states_of(effect).size()); }
+int EffectSlot::parameter_count() const { return static_cast<int>(parameters_of(effect).size()); }
+
+std::vector<double> Model::values() const {
+  std::vector<double> all;
+  all.reserve(parameters.size());
+  for (const Parameter& p : parameters) all.push_back(p.value);
+  return all;
+}
+
 bool Model::has_effect(std::string_view name) const {
-  const CataloguedEffect sought = find_effect(name);
-  return std::ranges::any_of(
-      effects, [&](const EffectSlot& slot) { return slot.effect.index() == sought.index(); });
+  const EffectName wanted = parse_effect_name(name);
+  const CataloguedEffect sought = find_effect(wanted.kind);
+  return std::ranges::any_of(effects, [&](const EffectSlot& slot) {
+    return slot.effect.index() == sought.index() && slot.number == wanted.number;
+  });
 }
 
 void Model::add_effect(std::string_view name) {
   if (has_effect(name)) return;
-  const CataloguedEffect effect = find_effect(name);
-  effects.push_back({effect, static_cast<int>(states.size()), static_cast<int>(parameters.size())});
-  std::visit(
-      [this]<class E>(const E&) {
-        static_assert(Effect<E>);
-        for (const EffectState& s : E::states)
-          states.push_back({std::string(s.name), std::string(s.unit), s.spread,
-                            s.beginning == Beginning::kSpeed, s.beginning == Beginning::kAngle});
-        for (const EffectParameter& p : E::parameters)
-          parameters.push_back({std::string(p.name), std::string(p.unit), p.nominal, p.lower,
-                                p.upper, p.scale, false});
-        if constexpr (FreesParameters<E>)
-          for (const std::string_view freed : E::frees) parameter(freed).known = false;
-      },
-      effect);
+  const EffectName wanted = parse_effect_name(name);
+  const CataloguedEffect effect = find_effect(wanted.kind);
+  if (wanted.number > 1 && parameters_of(effect).empty())
+    throw InputError(
+        fmt::format("effect '{}': a second {} would do what the first does", name, wanted.kind));
+  effects.push_back({effect, wanted.number, static_cast<int>(states.size()),
+                     static_cast<int>(parameters.size())});
+  for (const EffectState& s : states_of(effect))
+    states.push_back({numbered(s.name, wanted.number), std::string(s.unit), Motive::kOwn,
+                      s.beginning, s.spread});
+  for (const EffectParameter& p : parameters_of(effect))
+    parameters.push_back({.name = numbered(p.name, wanted.number),
+                          .unit = std::string(p.unit),
+                          .value = p.nominal,
+                          .lower = p.lower,
+                          .upper = p.upper,
+                          .scale = p.scale,
+                          .known = false});
+  for (const std::string_view freed : freed_by(effect)) parameter(freed).known = false;
   if (states.size() > kMaxStates || parameters.size() > kMaxParameters)
     throw InputError(
         fmt::format("effect '{}' makes the model larger than {} states or {} parameters", name,
                     kMaxStates, kMaxParameters));
 }
 
+void Model::remove_effect(std::string_view name) {
+  const auto at = std::ranges::find_if(effects, [&](const EffectSlot& slot) {
+    return slot.name() == name || (slot.number == 1 && slot.name() + ":1" == name);
+  });
+  if (at == effects.end()) return;
+  const EffectSlot gone = *at;
+  const auto first_state = states.begin() + gone.first_state;
+  states.erase(first_state, first_state + gone.state_count());
+  const auto first_parameter = parameters.begin() + gone.first_parameter;
+  parameters.erase(first_parameter, first_parameter + gone.parameter_count());
+  for (const std::string_view freed : freed_by(gone.effect)) parameter(freed).known = true;
+  for (auto slot = effects.erase(at); slot != effects.end(); ++slot) {
+    slot->first_state -= gone.state_count();
+    slot->first_parameter -= gone.parameter_count();
+  }
+}
+
 bool Model::acts_on_sensor() const {
   return std::ranges::any_of(effects, [](const EffectSlot& slot) {
     return std::visit([]<class E>(const E&) { return ActsOnSensor<E>; }, slot.effect);
   });
+}
+
+bool Model::is_physical(const std::vector<double>& values) const {
+  double shares = 0.0;
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (parameters[i].share) shares += values[i];
+  if (!(shares < 1.0)) return false;
+  std::array<double, kMassCount> inertia;
+  inertia.fill(1.0);
+  for (const EffectSlot& slot : effects) {
+    const auto added = least_inertias(slot, values);
+    for (int i = 0; i < kMassCount; ++i) inertia[i] += added[i];
+  }
+  return std::ranges::all_of(inertia, [](double v) { return v > 0.0; });
 }
 
 void Model::check() const {
@@ -113,6 +199,9 @@ void Model::check() const {
   if (shares >= 1.0)
     throw InputError(fmt::format(
         "a_m: a_m + a_g must be below 1 (the rest is the arm's share of J), not {}", shares));
+  if (!is_physical(values()))
+    throw InputError(
+        "payload: together with the shares of flexible modes it leaves a mass no inertia");
 }
 
 Model published_arm() {

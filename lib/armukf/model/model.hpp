@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -16,8 +17,14 @@ inline constexpr int kMaxParameters = 64;
 /// An effect in a model: its states and parameters stand behind the arm's, from these positions on.
 struct EffectSlot {
   CataloguedEffect effect;
+  int number;  // 1, or which of several of its kind: `torque_ripple:2`
   int first_state;
   int first_parameter;
+
+  /// As the user says it: `torque_ripple`, `torque_ripple:2`.
+  std::string name() const;
+  int state_count() const;
+  int parameter_count() const;
 };
 
 /// The arm with the effects that it is taken to have, and what is known of its parameters.
@@ -31,18 +38,32 @@ struct Model {
   Parameter& parameter(std::string_view name) { return parameters[index_of(name)]; }
   const Parameter& parameter(std::string_view name) const { return parameters[index_of(name)]; }
 
+  /// The value of each parameter, in their order.
+  std::vector<double> values() const;
+
   /// Positions of the unknown parameters, ascending.
   std::vector<int> unknowns() const;
 
   bool has_effect(std::string_view name) const;
 
-  /// Whether the sensor shows something else than the motor's speed.
+  /// Whether the sensor shows something else than the measured state.
   bool acts_on_sensor() const;
 
-  /// Adds an effect with its states and (unknown) parameters; a second time changes nothing.
+  /// Adds an effect with its states and (unknown) parameters; the same again changes nothing. The
+  /// name may say which of several of its kind it is, `torque_ripple:2`; its states and parameters
+  /// are then `torque_ripple_2` and so on. InputError where there is no such effect, or where a
+  /// second one would do what the first does.
   void add_effect(std::string_view name);
 
-  /// Throws InputError where a value is out of its bounds or the shares a_m + a_g reach 1.
+  /// Takes an effect out again, with its states and parameters. Parameters of the arm that it had
+  /// set free keep their value and are known.
+  void remove_effect(std::string_view name);
+
+  /// Whether these values (one per parameter) leave every mass some inertia.
+  bool is_physical(const std::vector<double>& values) const;
+
+  /// Throws InputError where a value is out of its bounds, the shares reach 1, or effects take all
+  /// inertia from a mass.
   void check() const;
 };
 

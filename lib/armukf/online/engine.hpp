@@ -5,8 +5,11 @@
 #include <vector>
 
 #include "armukf/filter/covariance_filter.hpp"
+#include "armukf/filter/noise_adaptation.hpp"
 #include "armukf/model/coordinates.hpp"
 #include "armukf/model/dynamics.hpp"
+#include "armukf/model/plant.hpp"
+#include "armukf/ode/propagate.hpp"
 #include "armukf/online/settings.hpp"
 
 namespace armukf {
@@ -77,17 +80,11 @@ class Engine {
   /// Believes the springs at rest and all masses at the speed y (rad/s), with the prior spread; at
   /// any speed where y is NaN.
   void believe_rest(double y) {
-    const StatePrior& prior = settings_->prior;
     const bool measured = !std::isnan(y);
-    const double motor_sd =
-        measured ? std::max(settings_->noise.sensor, kLeastSpeedSd) : kAnySpeedSd;
-    const std::array sd{prior.twist, prior.twist, motor_sd, prior.speed, prior.speed};
     for (int i = 0; i < states(); ++i) {
-      const bool is_speed = i == kSpeedMotor || i == kSpeedGear || i == kSpeedArm;
-      filter_.mean()[i] = is_speed && measured ? y : 0.0;
       const Coordinate& state = model_->states[i];
-      if (state.starts_with_motor && measured) filter_.mean()[i] = y;
-      filter_.forget(i, i < kArmStates ? sd[i] : state.spread);
+      filter_.mean()[i] = state.beginning == Beginning::kSpeed && measured ? y : 0.0;
+      filter_.forget(i, i == kMeasuredState ? measured_sd(measured) : prior_sd(state));
     }
   }
 
@@ -113,7 +110,7 @@ class Engine {
   Innovation innovation(double y) const {
     const double variance = sensor_variance() + model_error_;
     if (acts_on_sensor_) return filter_.innovation(arm_sensor(), y, variance);
-    return filter_.innovation(MeasuredRow{kSpeedMotor}, y, variance);
+    return filter_.innovation(MeasuredRow{kMeasuredState}, y, variance);
   }
 
   /// Takes the innovation at t (s) into the belief, and into what is thought of the model's error.
@@ -121,7 +118,7 @@ class Engine {
     if (acts_on_sensor_) {
       filter_.update(arm_step(last_), arm_sensor(), innovation);
     } else {
-      filter_.update(arm_step(last_), MeasuredRow{kSpeedMotor}, innovation);
+      filter_.update(arm_step(last_), MeasuredRow{kMeasuredState}, innovation);
     }
     if (adapts_) {
       adapt(innovation, t);
@@ -169,6 +166,15 @@ class Engine {
     double dt = 0.0;  // s
     double u = 0.0;   // N.m
   };
+
+  double measured_sd(bool measured) const {
+    return measured ? std::max(settings_->noise.sensor, kLeastSpeedSd) : kAnySpeedSd;
+  }
+
+  double prior_sd(const Coordinate& state) const {
+    if (state.motive == Motive::kTwist) return settings_->prior.twist;
+    return state.motive == Motive::kSpeed ? settings_->prior.speed : state.spread;
+  }
 
   double sensor_variance() const {
     const double sd = settings_->noise.sensor * adaptation_.sensor_factor();
@@ -223,13 +229,12 @@ class Engine {
     const auto variance = [&](double density) {
       return (density * density + kLeastNoise * kLeastNoise) * dt;
     };
-    const Coefficients<double> c(parameters_.data());
+    const std::array<double, kMassCount> mobility = mobilities(parameters_.data());
     StepNoise<Shape> sum{};
     for (int i = 0; i < states(); ++i) sum[i] = variance(0.0);
     const double factor = adaptation_.state_factor();
-    sum[kSpeedMotor] = variance(c.motor_mobility * noise.motor_torque * factor);
-    sum[kSpeedGear] = variance(c.gear_mobility * noise.gear_torque * factor);
-    sum[kSpeedArm] = variance(c.arm_mobility * noise.arm_torque * factor);
+    for (int i = 0; i < kMassCount; ++i)
+      sum[kMasses[i].speed] = variance(mobility[i] * noise.torque[i] * factor);
     const double walk = noise.parameter_walk.at(t);
     for (int k = 0; k < coordinates_->size(); ++k) {
       sum[states() + k] = variance(walk * natural_unit(k));

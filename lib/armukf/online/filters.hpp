@@ -1,6 +1,12 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <optional>
+#include <string_view>
+#include <type_traits>
+#include <utility>
 
 #include "armukf/core/error.hpp"
 #include "armukf/filter/covariance_filter.hpp"
@@ -8,14 +14,10 @@
 #include "armukf/filter/square_root.hpp"
 #include "armukf/filter/unscented.hpp"
 #include "armukf/model/coordinates.hpp"
+#include "armukf/model/plant.hpp"
 
-/// The filters in the sizes that the arm needs.
+/// The filters that the user may choose, in the sizes that the plant needs.
 namespace armukf {
-
-/// The arm of the published study, whose sizes are known while compiling.
-using PublishedShape = FixedShape<kArmStates, kArmParameters - kAm>;
-/// Any other choice of unknowns and effects.
-using AnyShape = BoundedShape<kMaxStates, 39>;
 
 template <class Shape>
 using Ukf = CovarianceFilter<Shape, Unscented>;
@@ -23,6 +25,28 @@ template <class Shape>
 using Ekf = CovarianceFilter<Shape, Linearised>;
 template <class Shape>
 using Ckf = CovarianceFilter<Shape, Cubature>;
+
+template <class... T>
+struct TypeList {};
+template <class... A, class... B>
+TypeList<A..., B...> operator+(TypeList<A...>, TypeList<B...>);
+
+/// The registry: a new filter is a header in filter/ and a word here.
+template <class Shape>
+using Filters =
+    TypeList<Ukf<Shape>, Ekf<Shape>, SquareRootFilter<Shape>, Ckf<Shape>, IteratedFilter<Shape>>;
+
+/// Those whose beliefs can be smoothed.
+template <class... F>
+auto smoothing(TypeList<F...>)
+    -> decltype((TypeList<>() + ... + std::conditional_t<F::smooths, TypeList<F>, TypeList<>>()));
+template <class Shape>
+using SmoothingFilters = decltype(smoothing(Filters<Shape>()));
+
+/// The arm of the published study, whose sizes are known while compiling.
+using PublishedShape = FixedShape<kArmStates, kPublishedUnknowns>;
+/// Any other choice of unknowns and effects.
+using AnyShape = BoundedShape<kMaxStates, 39>;
 
 /// Calls visit(shape) with the shape of the belief about this model; all calls return the same
 /// type.
@@ -36,6 +60,23 @@ auto with_shape(const Model& model, const FreeCoordinates& coordinates, Visit vi
   if (states == PublishedShape::kStates && size == PublishedShape::kSize)
     return visit(PublishedShape{});
   return visit(AnyShape{states, size});
+}
+
+/// Calls visit(filter) with the filter of that name in the registry, made for this shape.
+/// InputError where there is none; `job` is who wants it.
+template <class Shape, class Visit, class... F>
+auto with_filter(std::string_view job, TypeList<F...> /*registry*/, std::string_view name,
+                 const Shape& shape, const UnscentedSpread& spread, const Visit& visit) {
+  using Result = std::common_type_t<decltype(visit(F(shape, spread)))...>;
+  std::optional<Result> result;
+  const auto visit_if_named = [&]<class G>(std::type_identity<G>) {
+    if (G::name == name) result.emplace(visit(G(shape, spread)));
+  };
+  (visit_if_named(std::type_identity<F>()), ...);
+  if (!result)
+    throw InputError(
+        fmt::format("{} takes the filters {}, not {}", job, fmt::join({F::name...}, ", "), name));
+  return std::move(*result);
 }
 
 }  // namespace armukf

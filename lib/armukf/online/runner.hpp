@@ -45,7 +45,8 @@ class Runner {
   Engine<Filter>& engine() { return engine_; }
   const Engine<Filter>& engine() const { return engine_; }
 
-  /// Of all measurements that were used.
+  /// Of all measurements; one that was rejected counts as if it lay just at the gate, so that no
+  /// filter gains by refusing what it cannot explain.
   double log_likelihood() const { return log_likelihood_; }
 
   /// Of the last step.
@@ -54,7 +55,14 @@ class Runner {
   RunnerStep step(const Sample& sample) {
     if (!last_) first_time_ = sample.t;
     const Status before = predict(sample);
-    const Innovation innovation = engine_.innovation(sample.y);
+    Innovation innovation = engine_.innovation(sample.y);
+    if (!(innovation.variance > 0.0)) {  // rounding has made the belief indefinite
+      passage_ = Passage::kAllAnew;
+      engine_.restart(sample.y);
+      innovation = engine_.innovation(sample.y);
+      last_ = sample;
+      return {Status::kReset, innovation, false};
+    }
     const Status after = update(sample, innovation);
     last_ = sample;
     return {before == Status::kOk ? after : before, innovation, after == Status::kOk};
@@ -85,7 +93,8 @@ class Runner {
   Status update(const Sample& sample, const Innovation& innovation) {
     const double t = sample.t - first_time_;
     if (std::isnan(sample.y)) return Status::kMissing;
-    if (innovation.nis() > gate_.nis) {
+    if (!(innovation.nis() <= gate_.nis)) {
+      log_likelihood_ += innovation.log_likelihood_at(gate_.nis);
       engine_.reject(innovation, t);
       if (++rejected_in_a_row_ < gate_.patience) return Status::kRejected;
       rejected_in_a_row_ = 0;

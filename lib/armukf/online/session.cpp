@@ -5,10 +5,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <variant>
 
+#include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
+#include "armukf/model/plant.hpp"
 #include "armukf/online/filters.hpp"
 #include "armukf/online/race.hpp"
 #include "armukf/online/runner.hpp"
@@ -16,27 +19,24 @@
 namespace armukf {
 namespace {
 
-using AnyRunner =
-    std::variant<Runner<Ukf<PublishedShape>>, Runner<Ekf<PublishedShape>>,
-                 Runner<Ckf<PublishedShape>>, Runner<SquareRootFilter<PublishedShape>>,
-                 Runner<IteratedFilter<PublishedShape>>, Runner<Ukf<AnyShape>>,
-                 Runner<Ekf<AnyShape>>, Runner<Ckf<AnyShape>>, Runner<SquareRootFilter<AnyShape>>,
-                 Runner<IteratedFilter<AnyShape>>>;
+/// A runner of any filter of the registries.
+template <class... F>
+std::variant<Runner<F>...> runner_of(TypeList<F...>);
+using AnyRunner = decltype(runner_of(Filters<PublishedShape>() + Filters<AnyShape>()));
 
 AnyRunner make_runner(const Model& model, const FreeCoordinates& coordinates,
                       const EstimatorSettings& settings) {
-  const auto runner = [&](auto filter) -> AnyRunner {
-    return Runner(Engine(model, coordinates, settings, filter), settings.gate);
-  };
-  const std::string_view name = settings.filter;
   return with_shape(model, coordinates, [&](auto shape) {
-    using Shape = decltype(shape);
-    if (name.ends_with("iekf")) return runner(IteratedFilter<Shape>(shape));
-    if (name.ends_with("srukf")) return runner(SquareRootFilter<Shape>(settings.spread, shape));
-    if (name.ends_with("ekf")) return runner(Ekf<Shape>(shape));
-    if (name.ends_with("ckf")) return runner(Ckf<Shape>(shape, Cubature<Shape>(shape)));
-    return runner(Ukf<Shape>(shape, Unscented<Shape>(settings.spread, shape)));
+    return with_filter("an estimate", Filters<decltype(shape)>(), kind_of(settings.filter), shape,
+                       settings.spread, [&](auto filter) -> AnyRunner {
+                         return Runner(Engine(model, coordinates, settings, filter), settings.gate);
+                       });
   });
+}
+
+template <class... F>
+std::vector<std::string_view> names_of(TypeList<F...> /*registry*/) {
+  return {F::name...};
 }
 
 double log_likelihood(const AnyRunner& runner) {
@@ -50,15 +50,29 @@ std::string_view name_of(Status status) {
   return kNames[static_cast<int>(status)];
 }
 
-bool is_adaptive(std::string_view filter) { return filter.starts_with("adaptive"); }
+constexpr std::string_view kAdaptive = "adaptive";
 
-std::vector<std::string_view> filter_names() {
-  return {"ukf",      "ekf",          "srukf",          "ckf",          "iekf",
-          "adaptive", "adaptive_ekf", "adaptive_srukf", "adaptive_ckf", "adaptive_iekf"};
+bool is_adaptive(std::string_view filter) { return filter.starts_with(kAdaptive); }
+
+std::string_view kind_of(std::string_view filter) {
+  if (!is_adaptive(filter)) return filter;
+  filter.remove_prefix(kAdaptive.size());
+  if (filter.empty()) return names_of(Filters<PublishedShape>()).front();
+  filter.remove_prefix(1);  // the underscore
+  return filter;
+}
+
+std::vector<std::string> filter_names() {
+  const std::vector<std::string_view> kinds = names_of(Filters<PublishedShape>());
+  std::vector<std::string> names(kinds.begin(), kinds.end());
+  names.emplace_back(kAdaptive);
+  for (std::size_t i = 1; i < kinds.size(); ++i)
+    names.push_back(fmt::format("{}_{}", kAdaptive, kinds[i]));
+  return names;
 }
 
 std::string find_filter(std::string_view name) {
-  const std::vector<std::string_view> names = filter_names();
+  const std::vector<std::string> names = filter_names();
   if (std::ranges::find(names, name) != names.end()) return std::string(name);
   throw InputError(fmt::format("unknown filter '{}'; known are: {}", name, fmt::join(names, ", ")));
 }
@@ -67,6 +81,8 @@ struct Session::State {
   State(const Model& m, const EstimatorSettings& s);
 
   Estimate step(const Sample& sample);
+  Estimate pass_over(const Sample& sample) const;
+  Sample usable(Sample sample);
   void report(const AnyRunner& leader);
   void decide(double t);
 
@@ -76,6 +92,8 @@ struct Session::State {
   std::vector<AnyRunner> runners;
   std::size_t winner = 0;  // of the race, as a position in its starts
   std::optional<double> first_time;
+  double last_time = 0.0;    // of the last sample that was taken
+  double last_torque = 0.0;  // N.m
   std::vector<double> values;
   std::vector<double> deviations;
 };
@@ -98,6 +116,7 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
   }
   values.resize(model.states.size() + coordinates.size());
   deviations.resize(values.size());
+  report(runners.front());
 }
 
 /// Ends the race once its time is over: the likeliest runner goes on alone.
@@ -109,8 +128,33 @@ void Session::State::decide(double t) {
   runners.resize(1, runners.front());
 }
 
-Estimate Session::State::step(const Sample& sample) {
-  if (!first_time) first_time = sample.t;
+/// What becomes of a sample whose time cannot be: nothing.
+Estimate Session::State::pass_over(const Sample& sample) const {
+  return {.sample = sample,
+          .predicted = kNaN,
+          .innovation = kNaN,
+          .innovation_sd = kNaN,
+          .nis = kNaN,
+          .log_likelihood = 0.0,
+          .status = Status::kRejected,
+          .values = values,
+          .deviations = deviations};
+}
+
+/// The sample as filters can take it: no speed that no machine has, and the last torque where there
+/// is none.
+Sample Session::State::usable(Sample sample) {
+  if (!(std::abs(sample.y) < kRunawaySpeed)) sample.y = kNaN;
+  if (!std::isfinite(sample.u)) sample.u = last_torque;
+  last_torque = sample.u;
+  last_time = sample.t;
+  return sample;
+}
+
+Estimate Session::State::step(const Sample& raw) {
+  if (!std::isfinite(raw.t) || (first_time && raw.t <= last_time)) return pass_over(raw);
+  if (!first_time) first_time = raw.t;
+  const Sample sample = usable(raw);
   Estimate estimate{};
   const AnyRunner* leader = nullptr;
   for (AnyRunner& runner : runners) {
@@ -119,11 +163,13 @@ Estimate Session::State::step(const Sample& sample) {
           const RunnerStep step = r.step(sample);
           if (leader != nullptr && r.log_likelihood() <= log_likelihood(*leader)) return;
           leader = &runner;
-          estimate = step.estimate(sample);
+          estimate = step.estimate(raw);
         },
         runner);
   }
   report(*leader);
+  if (estimate.status == Status::kMissing && !std::isnan(raw.y))
+    estimate.status = Status::kRejected;
   estimate.values = values;
   estimate.deviations = deviations;
   decide(sample.t - *first_time);

@@ -38,13 +38,16 @@ class Session {
   Session(Session&&) noexcept;
   Session& operator=(Session&&) noexcept;
 
-  /// Takes the next sample; its time must be later than that of the last one.
+  /// Takes the next sample. Whatever it holds, the belief stays sound: one whose time is not later
+  /// than the last one's, or no number, is passed over (kRejected); an infinite speed, or one that
+  /// no machine has, is rejected; a torque that is no number is taken for the last one.
   Estimate step(const Sample& sample);
 
   /// Which start of the race goes on, once it is decided.
   std::size_t start() const;
 
-  /// The model with the unknown parameters as believed now.
+  /// The model with the unknown parameters as believed now; before the first sample, as at the
+  /// start.
   Model model() const;
 
   /// One standard deviation of each parameter of the model; 0 for a known one.

@@ -1,14 +1,15 @@
 #pragma once
 
-#include <map>
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "armukf/filter/adaptation.hpp"
 #include "armukf/filter/annealing.hpp"
-#include "armukf/filter/sigma_points.hpp"
-#include "armukf/ode/propagate.hpp"
+#include "armukf/filter/spread.hpp"
+#include "armukf/model/plant.hpp"
+#include "armukf/ode/propagation.hpp"
 
 namespace armukf {
 
@@ -31,11 +32,9 @@ struct ModelError {
 struct Noise {
   double sensor = 0.1;  // rad/s, sd of the speed sensor's white noise
   ModelError model_error;
-  /// N.m.s^1/2, densities of the torque noise at each mass: what friction, gear and drive do
-  /// besides.
-  double motor_torque = 0.003;
-  double gear_torque = 0.003;
-  double arm_torque = 0.0;
+  /// N.m.s^1/2, density of the torque noise at each of the plant's masses: what friction, gear and
+  /// drive do besides.
+  std::array<double, kMassCount> torque = usual_torque_noise();
   /// 1/s^1/2, density of the random walk of each unknown parameter, relative to its value.
   Annealing parameter_walk{0.35, 0.002, 1.0};
 };
@@ -43,8 +42,8 @@ struct Noise {
 /// Standard deviations of the states at the first sample, about rest of the springs and the
 /// measured speed.
 struct StatePrior {
-  double twist = 0.3;  // rad
-  double speed = 5.0;  // rad/s, of gear box and arm against the motor
+  double twist = kTwistSpread;  // rad
+  double speed = kSpeedSpread;  // rad/s, of the other masses against the measured one
 };
 
 /// What to do about measurements that cannot be.
@@ -55,15 +54,10 @@ struct Gate {
 };
 
 /// Several filters that begin at different values of the parameters; after `duration_s` the
-/// likeliest goes on alone. Each start multiplies parameters by factors. The worst wrong turn is an
-/// arm spring so stiff or so damped that gear box and arm are one mass: there the record no longer
-/// pulls the parameters back. Hence two starts from the soft, lightly damped side.
+/// likeliest goes on alone. Each start multiplies parameters by factors.
 struct Race {
   double duration_s = 2.0;
-  std::vector<std::map<std::string, double>> starts{
-      {},
-      {{"k_a", 0.5}, {"d_g", 0.5}, {"d_a", 0.5}},
-      {{"k_g3", 2.5}, {"k_a", 0.6}, {"d_g", 0.5}, {"d_a", 0.5}}};
+  std::vector<StartFactors> starts = filter_starts();
 };
 
 /// All that the user may choose of an estimate, beside the model.
@@ -78,11 +72,12 @@ struct EstimatorSettings {
   Adaptation adaptation;  // of adaptive filters
 };
 
-/// Whether a filter of this name learns the size of the noise.
+/// Whether a filter of this name learns the size of the noise, and which of filter/ it is then.
 bool is_adaptive(std::string_view filter);
+std::string_view kind_of(std::string_view filter);
 
 /// Names of the filters that `EstimatorSettings::filter` takes.
-std::vector<std::string_view> filter_names();
+std::vector<std::string> filter_names();
 /// The name itself, if it is one of them; otherwise throws InputError that lists them.
 std::string find_filter(std::string_view name);
 

@@ -32,12 +32,6 @@ std::size_t winner(const Model& model, const EstimatorSettings& settings,
   return session.start();
 }
 
-void check_smoother(const std::string& filter) {
-  if (filter != "ukf" && filter != "ekf" && filter != "ckf")
-    throw InputError(
-        fmt::format("the smoother takes the filters ukf, ekf and ckf, not {}", filter));
-}
-
 /// Beliefs of all samples, each packed as its mean and the lower half of its covariance.
 template <class Shape>
 class History {
@@ -189,22 +183,17 @@ class Smoother {
 SmoothedRecord smooth(Model model, const EstimatorSettings& settings,
                       std::span<const Sample> samples, int passes,
                       const SmoothingProgress& progress) {
-  check_smoother(settings.filter);
-  for (int pass = 1; pass < passes; ++pass) model = estimated(model, settings, samples);
-  const FreeCoordinates coordinates(model);
-  EstimatorSettings alone = settings;
-  alone.race.starts = {settings.race.starts[winner(model, settings, samples)]};
-  const auto run = [&](auto filter) {
-    return Smoother(model, coordinates, alone, filter, samples, progress).run();
-  };
-  return with_shape(model, coordinates, [&](auto shape) {
-    using Shape = decltype(shape);
-    if (settings.filter == "ukf")
-      return run(Ukf<Shape>(shape, Unscented<Shape>(settings.spread, shape)));
-    if (settings.filter == "ekf") return run(Ekf<Shape>(shape));
-    if (settings.filter == "ckf") return run(Ckf<Shape>(shape, Cubature<Shape>(shape)));
-    throw InputError(
-        fmt::format("the smoother takes the filters ukf, ekf and ckf, not {}", settings.filter));
+  const FreeCoordinates layout(model);
+  return with_shape(model, layout, [&](auto shape) {
+    return with_filter(
+        "the smoother", SmoothingFilters<decltype(shape)>(), settings.filter, shape,
+        settings.spread, [&](auto filter) {
+          for (int pass = 1; pass < passes; ++pass) model = estimated(model, settings, samples);
+          const FreeCoordinates coordinates(model);
+          EstimatorSettings alone = settings;
+          alone.race.starts = {settings.race.starts[winner(model, settings, samples)]};
+          return Smoother(model, coordinates, alone, filter, samples, progress).run();
+        });
   });
 }
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstddef>
 
-#include "armukf/core/statistics.hpp"
+#include "armukf/core/innovation_statistics.hpp"
 #include "armukf/online/session.hpp"
 
 namespace armukf {

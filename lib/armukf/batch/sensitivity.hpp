@@ -1,0 +1,38 @@
+#pragma once
+
+#include <vector>
+
+#include "armukf/core/record.hpp"
+#include "armukf/fit/covariance.hpp"
+#include "armukf/model/model.hpp"
+#include "armukf/ode/propagation.hpp"
+
+namespace armukf {
+
+/// By what a simulation is differentiated: positions in the model.
+struct Directions {
+  std::vector<int> parameters;
+  std::vector<int> initial_states;
+
+  int size() const { return static_cast<int>(parameters.size() + initial_states.size()); }
+};
+
+/// A simulation and its exact derivatives: dy_k / d direction_j in row k, column j; the parameters
+/// first, each per its own unit.
+struct Sensitivities {
+  std::vector<double> y;
+  JacobianMatrix gradient;
+  double largest_twist = 0.0;  // rad, of either spring at any sample
+};
+
+Sensitivities sensitivities(const Model& model, const std::vector<double>& x0,
+                            const std::vector<Sample>& samples, const Propagation& propagation,
+                            const Directions& directions);
+
+/// Derivatives of the simulated speed by the amplitude of torques that are added to the input: a
+/// column per torque, N.m at each sample and held like the input.
+JacobianMatrix torque_sensitivities(const Model& model, const std::vector<double>& x0,
+                                    const std::vector<Sample>& samples,
+                                    const Propagation& propagation, const Eigen::MatrixXd& torques);
+
+}  // namespace armukf

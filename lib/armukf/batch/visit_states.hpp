@@ -1,0 +1,90 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "armukf/core/dual.hpp"
+#include "armukf/core/record.hpp"
+#include "armukf/model/dynamics.hpp"
+#include "armukf/model/plant.hpp"
+#include "armukf/ode/propagate.hpp"
+
+/// The loop that every simulation of a record shares, for numbers of any kind.
+namespace armukf {
+
+/// Rows for an arm with an effect or two; as many as a model may have cost twice as much.
+inline constexpr int kFewStates = 8;
+
+inline double value_of(double x) { return x; }
+template <int N>
+double value_of(const Dual<N>& x) {
+  return x.value;
+}
+
+/// How far (rad) the motor turned, as measured, from sample k - 1 to k; NaN where a speed is
+/// missing.
+inline double turn_before(const std::vector<Sample>& samples, std::size_t k) {
+  return 0.5 * (samples[k - 1].y + samples[k].y) * (samples[k].t - samples[k - 1].t);
+}
+
+/// Moves the angles of x from what they were by the measured turn instead of the simulated one: a
+/// simulated angle would drift away from whatever repeats with it.
+template <class T, std::size_t States>
+void follow_motor(const Model& model, const std::array<T, States>& before, double turn,
+                  std::array<T, States>& x) {
+  if (std::isnan(turn)) return;
+  for (std::size_t i = kArmStates; i < model.states.size(); ++i)
+    if (model.states[i].beginning == Beginning::kAngle) x[i] = before[i] + turn;
+}
+
+/// Calls visit(k, x, y) with the states and the measured speed at each sample, until the motor's
+/// speed runs away; returns how many samples were visited. p: a number per parameter; x: the states
+/// at the first sample; input(k): the torque (N.m) held from sample k on.
+template <class T, std::size_t States, class Input, class Visit>
+std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array<T, States> x,
+                         const std::vector<Sample>& samples, const Propagation& propagation,
+                         Input input, Visit visit) {
+  const Dynamics<T> dynamics(model, p.data());
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (k > 0) {
+      const Sample& last = samples[k - 1];
+      const auto f = [&, u = input(k - 1)](const auto& state, auto& rate, double t) {
+        dynamics.derivative(t, u, state.data(), rate.data());
+      };
+      const std::array<T, States> before = x;
+      propagate(propagation, f, x, last.t - samples[0].t, samples[k].t - last.t);
+      if constexpr (States > kArmStates) follow_motor(model, before, turn_before(samples, k), x);
+    }
+    if (!(std::abs(value_of(x[kMeasuredState])) < kRunawaySpeed)) return k;
+    if constexpr (States > kArmStates) {
+      visit(k, x, dynamics.measured(samples[k].t - samples[0].t, input(k), x.data()));
+    } else {
+      visit(k, x, x[kMeasuredState]);
+    }
+  }
+  return samples.size();
+}
+
+/// The same with as many rows as the model needs: the bare arm, or one with effects.
+template <class T, class Input, class Visit>
+std::size_t visit_states(const Model& model, const std::vector<T>& p, const std::vector<T>& x0,
+                         const std::vector<Sample>& samples, const Propagation& propagation,
+                         Input input, Visit visit) {
+  const auto with_rows = [&](auto x) {
+    std::ranges::copy(x0, x.begin());
+    return visit_states(model, p, x, samples, propagation, input, visit);
+  };
+  if (model.effects.empty()) return with_rows(Rows<T, kArmStates>{});
+  if (model.states.size() <= kFewStates) return with_rows(Rows<T, kFewStates>{});
+  return with_rows(Rows<T, kMaxStates>{});
+}
+
+/// The torque of the record, as such a number.
+template <class T>
+auto recorded_input(const std::vector<Sample>& samples) {
+  return [&samples](std::size_t k) { return T(samples[k].u); };
+}
+
+}  // namespace armukf

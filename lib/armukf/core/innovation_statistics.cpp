@@ -1,0 +1,45 @@
+#include "armukf/core/innovation_statistics.hpp"
+
+#include <array>
+#include <cmath>
+
+namespace armukf {
+
+void InnovationStatistics::add(double y, double predicted, double normalised_innovation,
+                               double log_likelihood) {
+  if (count_++ == 0) offset_ = y;
+  const double shifted = y - offset_;
+  sum_y_ += shifted;
+  sum_y2_ += shifted * shifted;
+  sum_error2_ += (y - predicted) * (y - predicted);
+  sum_nis_ += normalised_innovation * normalised_innovation;
+  log_likelihood_ += log_likelihood;
+  remember(normalised_innovation);
+}
+
+void InnovationStatistics::remember(double normalised_innovation) {
+  const double* past = past_.data() + newest_;
+  for (int k = 0; k < kWindow; ++k) products_[k] += normalised_innovation * past[k];
+  // Every value is kept twice, a window apart, so that the last ones always lie in a row.
+  newest_ = (newest_ + kWindow - 1) % kWindow;
+  past_[newest_] = past_[newest_ + kWindow] = normalised_innovation;
+}
+
+double InnovationStatistics::fit_percent() const {
+  const double spread2 = sum_y2_ - sum_y_ * sum_y_ / static_cast<double>(count_);
+  return armukf::fit_percent({count_, sum_error2_, spread2});
+}
+
+double InnovationStatistics::rmse() const {
+  return std::sqrt(sum_error2_ / static_cast<double>(count_));
+}
+
+double InnovationStatistics::mean_nis() const { return sum_nis_ / static_cast<double>(count_); }
+
+double InnovationStatistics::ljung_box_p() const {
+  std::array<double, kWhitenessLags> r;
+  for (int k = 0; k < kWhitenessLags; ++k) r[k] = products_[k] / sum_nis_;
+  return armukf::ljung_box_p(r, count_);
+}
+
+}  // namespace armukf

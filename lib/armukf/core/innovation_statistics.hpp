@@ -1,0 +1,44 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "armukf/core/statistics.hpp"
+
+namespace armukf {
+
+/// Statistics of a filter's innovations as they come, in constant memory.
+class InnovationStatistics {
+ public:
+  /// A measurement y and what was predicted for it (rad/s), the innovation over its standard
+  /// deviation, and the measurement's log-likelihood given those before.
+  void add(double y, double predicted, double normalised_innovation, double log_likelihood);
+
+  /// A sample without a measurement that counts: it keeps its place in time.
+  void skip() { remember(0.0); }
+
+  std::size_t count() const { return count_; }
+  double fit_percent() const;
+  double rmse() const;         // rad/s
+  double mean_nis() const;     // 1 for an honest filter
+  double ljung_box_p() const;  // of the normalised innovations
+  double log_likelihood() const { return log_likelihood_; }
+
+ private:
+  static constexpr int kWindow = 32;  // lags kept, whole vector registers
+  static_assert(kWhitenessLags < kWindow);
+  void remember(double normalised_innovation);
+
+  std::size_t count_ = 0;
+  double offset_ = 0.0;  // first y: sums about it do not cancel
+  double sum_y_ = 0.0;
+  double sum_y2_ = 0.0;
+  double sum_error2_ = 0.0;
+  double sum_nis_ = 0.0;
+  double log_likelihood_ = 0.0;
+  std::array<double, kWindow> products_{};  // [k - 1]: sum over t of e_t e_{t-k}
+  std::array<double, 2 * kWindow> past_{};  // from newest_ on: the last innovations, newest first
+  int newest_ = 0;
+};
+
+}  // namespace armukf

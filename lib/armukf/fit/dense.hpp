@@ -1,0 +1,24 @@
+#pragma once
+
+#include <Eigen/Core>
+
+/// The decompositions of dense matrices that are used here, each compiled once.
+namespace armukf {
+
+/// The x of least |A x - b|; of those where A lacks rank, a short one.
+Eigen::VectorXd least_squares_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
+
+/// Orthonormal columns that span those of A; as many as A's rank.
+Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& A);
+
+/// The x of A x = b, A symmetric and not negative.
+Eigen::VectorXd symmetric_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
+
+/// Eigenvalues of a symmetric matrix, ascending, and the unit eigenvectors in the same order.
+struct SymmetricSpectrum {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd vectors;
+};
+SymmetricSpectrum symmetric_spectrum(const Eigen::MatrixXd& A);
+
+}  // namespace armukf

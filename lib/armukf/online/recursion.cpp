@@ -1,0 +1,28 @@
+#include "armukf/online/recursion.hpp"
+
+#include <chrono>
+
+namespace armukf {
+
+RecursiveEstimate result_of(const Session& session, const std::string& filter, const Tally& tally,
+                            double seconds) {
+  return {session.model(), session.parameter_deviations(), filter, tally, seconds};
+}
+
+RecursiveEstimate estimate_record(Model start, const EstimatorSettings& settings,
+                                  std::span<const Sample> samples, int passes) {
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
+  RecursiveEstimate result;
+  for (int pass = 0; pass < passes; ++pass) {
+    Session session(start, settings);
+    Tally tally;
+    for (const Sample& sample : samples) tally.add(session.step(sample));
+    const std::chrono::duration<double> taken = Clock::now() - begin;
+    result = result_of(session, settings.filter, tally, taken.count());
+    start = result.model;
+  }
+  return result;
+}
+
+}  // namespace armukf

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "armukf/core/record.hpp"
+#include "armukf/model/model.hpp"
+#include "armukf/online/session.hpp"
+#include "armukf/online/settings.hpp"
+#include "armukf/online/tally.hpp"
+
+namespace armukf {
+
+/// What a recursive estimate ends with.
+struct RecursiveEstimate {
+  Model model;             // with the final parameters
+  std::vector<double> sd;  // of each parameter of the model; 0 for a known one
+  std::string filter;
+  Tally tally;           // of the last pass
+  double seconds = 0.0;  // spent on all passes
+};
+
+/// What a session has come to.
+RecursiveEstimate result_of(const Session& session, const std::string& filter, const Tally& tally,
+                            double seconds);
+
+/// A record held in memory, `passes` times over, each pass from the parameters that the last one
+/// ended with.
+RecursiveEstimate estimate_record(Model start, const EstimatorSettings& settings,
+                                  std::span<const Sample> samples, int passes = 1);
+
+}  // namespace armukf

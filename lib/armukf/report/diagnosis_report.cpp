@@ -1,0 +1,202 @@
+#include "armukf/report/diagnosis_report.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+namespace armukf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// What another experiment would tell apart, by family.
+struct Experiment {
+  std::string_view family;
+  std::string_view tells;
+};
+constexpr Experiment kExperiments[]{
+    {"input_delay", "torque steps sampled faster than 2 kHz"},
+    {"drive_lag", "torque steps sampled faster than 2 kHz"},
+    {"sensor_lag", "a second speed or position sensor"},
+    {"torque_bias", "slow motion in both directions, with long turns"},
+    {"coulomb_asymmetry", "slow motion in both directions, with long turns"},
+    {"gravity", "slow motion over the whole range of the joint"},
+    {"thermal_friction", "a long record from cold"},
+    {"friction_parameters", "constant speeds from standstill to full speed"},
+    {"presliding_friction", "reversals with very small strokes"},
+    {"gear_friction", "constant speeds from standstill to full speed"},
+    {"arm_friction", "constant speeds from standstill to full speed"},
+    {"flexible_mode", "a sine sweep over the mode's frequency"},
+    {"payload_change", "the same motion with a payload of known inertia"},
+};
+
+Json measures_json(const Measures& m) {
+  return {{"fit_percent", m.fit_percent},
+          {"mse", m.mse},
+          {"one_step_rmse", m.one_step_rmse},
+          {"log_likelihood", m.log_likelihood},
+          {"ljung_box_p", m.ljung_box_p}};
+}
+
+/// An effect's name as the contract has it, and its site where it has one.
+Json named(const std::string& effect) {
+  Json json{{"name", family_of(effect)}};
+  if (family_of(effect) != effect) json["site"] = effect.substr(family_of(effect).size() + 1);
+  return json;
+}
+
+/// The parameters that an effect brought, or set free.
+std::vector<int> parameters_of_effect(const Model& model, const std::string& effect) {
+  std::vector<int> positions;
+  for (const EffectSlot& slot : model.effects) {
+    if (slot.name() != effect) continue;
+    for (int i = 0; i < slot.parameter_count(); ++i) positions.push_back(slot.first_parameter + i);
+    for (const std::string_view freed : freed_by(slot.effect))
+      positions.push_back(model.index_of(freed));
+  }
+  return positions;
+}
+
+double coloured_sd(const FittedModel& fit, int position) {
+  const auto at = std::ranges::find(fit.parameters, position, &ParameterEstimate::position);
+  return at == fit.parameters.end() ? 0.0 : at->coloured_sd;
+}
+
+Json effect_json(const FittedModel& fit, const FoundEffect& effect) {
+  Json parameters = Json::object();
+  for (const int i : parameters_of_effect(fit.model, effect.effect)) {
+    const Parameter& p = fit.model.parameters[i];
+    parameters[p.name] = {
+        {"value", p.value}, {"sd", coloured_sd(fit, i)}, {"unit", p.unit}, {"known", p.known}};
+  }
+  Json json = named(effect.effect);
+  json["parameters"] = parameters;
+  json["p_value"] = effect.p_value;
+  json["mse_reduction_percent"] = effect.mse_reduction_percent;
+  json["confused_with"] = effect.confused_with;
+  return json;
+}
+
+Json candidate_json(const Candidate& c) {
+  Json json = named(c.effect);
+  json["round"] = c.round;
+  json["statistic"] = c.statistic;
+  json["p_value"] = c.p_value;
+  json["gain_percent"] = c.gain_percent;
+  if (c.refitted_estimation > 0.0)
+    json["refitted"] = {{"estimation_mse", c.refitted_estimation},
+                        {"validation_mse", c.refitted_validation}};
+  json["accepted"] = c.accepted;
+  return json;
+}
+
+std::string measures_row(std::string_view name, double before, double after) {
+  return fmt::format("  {:<44} {:>12.6g} {:>12.6g}\n", name, before, after);
+}
+
+std::string measures_text(const Diagnosis& d) {
+  std::string text = fmt::format("  {:<44} {:>12} {:>12}\n", "", "before", "after");
+  const auto rows = [&](std::string_view of, const Measures& before, const Measures& after) {
+    text += measures_row(fmt::format("{}: simulation fit, %", of), before.fit_percent,
+                         after.fit_percent);
+    text += measures_row(fmt::format("{}: simulation MSE, (rad/s)^2", of), before.mse, after.mse);
+    text += measures_row(fmt::format("{}: one step RMSE, rad/s", of), before.one_step_rmse,
+                         after.one_step_rmse);
+    text += measures_row(fmt::format("{}: log-likelihood", of), before.log_likelihood,
+                         after.log_likelihood);
+    text += measures_row(fmt::format("{}: Ljung-Box p", of), before.ljung_box_p, after.ljung_box_p);
+  };
+  rows("estimation", d.before_estimation, d.after_estimation);
+  rows("validation", d.before_validation, d.after_validation_measures);
+  return text;
+}
+
+std::string experiment_for(const FoundEffect& effect) {
+  std::vector<std::string_view> tells;
+  std::vector<std::string> families{family_of(effect.effect)};
+  families.insert(families.end(), effect.confused_with.begin(), effect.confused_with.end());
+  for (const std::string& family : families) {
+    const auto* at = std::ranges::find(kExperiments, family, &Experiment::family);
+    if (at != std::end(kExperiments) && std::ranges::find(tells, at->tells) == tells.end())
+      tells.push_back(at->tells);
+  }
+  return tells.empty() ? "" : fmt::format("; to tell them apart: {}", fmt::join(tells, ", or "));
+}
+
+std::string effect_text(const Diagnosis& d, const FoundEffect& effect) {
+  std::string text = fmt::format("  {}: validation error {:.1f} % lower, p {:.2g}\n", effect.effect,
+                                 effect.mse_reduction_percent, effect.p_value);
+  for (const int i : parameters_of_effect(d.after.model, effect.effect)) {
+    const Parameter& p = d.after.model.parameters[i];
+    text += fmt::format("    {:<26} {:>12.6g} ± {:<9.2g} {}\n", p.name, p.value,
+                        coloured_sd(d.after, i), p.unit);
+  }
+  if (!effect.confused_with.empty())
+    text += fmt::format("    this record cannot tell it from {}{}\n",
+                        fmt::join(effect.confused_with, ", "), experiment_for(effect));
+  return text;
+}
+
+std::string candidates_text(const Diagnosis& d) {
+  std::string text = fmt::format("  {:<5} {:<24} {:>10} {:>12} {:>10} {:>14}\n", "round",
+                                 "candidate", "gain, %", "chi-square", "p", "validation MSE");
+  constexpr int kShown = 6;  // of each round
+  int shown = 0;
+  int round = 0;
+  for (const Candidate& c : d.candidates) {
+    shown = c.round == round ? shown + 1 : 0;
+    round = c.round;
+    if (shown >= kShown && !c.accepted) continue;
+    text += fmt::format(
+        "  {:<5} {:<24} {:>10.2f} {:>12.4g} {:>10.2g} {:>14}{}\n", c.round, c.effect,
+        c.gain_percent, c.statistic, c.p_value,
+        c.refitted_validation > 0.0 ? fmt::format("{:.5g}", c.refitted_validation) : "-",
+        c.accepted ? "  accepted" : "");
+  }
+  return text;
+}
+
+}  // namespace
+
+Json diagnosis_json(const DiagnosisSummary& s) {
+  const Diagnosis& d = s.diagnosis;
+  Json effects = Json::array();
+  for (const FoundEffect& effect : d.effects) effects.push_back(effect_json(d.after, effect));
+  Json candidates = Json::array();
+  for (const Candidate& candidate : d.candidates) candidates.push_back(candidate_json(candidate));
+  return {{"files", {{"estimation", s.estimation}, {"validation", s.validation}}},
+          {"base_fit", {{"starts", d.base.starts}, {"starts_agreeing", d.base.agreeing}}},
+          {"before",
+           {{"estimation", measures_json(d.before_estimation)},
+            {"validation", measures_json(d.before_validation)}}},
+          {"after",
+           {{"estimation", measures_json(d.after_estimation)},
+            {"validation", measures_json(d.after_validation_measures)}}},
+          {"effects", effects},
+          {"candidates", candidates},
+          {"verdict", name_of(d.verdict)},
+          {"unexplained", d.unexplained},
+          {"seconds", s.seconds}};
+}
+
+std::string diagnosis_text(const DiagnosisSummary& s) {
+  const Diagnosis& d = s.diagnosis;
+  std::string text = fmt::format("base fit to {}: {:.2f} %, {} of {} starts agree\n", s.estimation,
+                                 d.base.best.fit_percent, d.base.agreeing, d.base.starts);
+  if (d.base.agreeing < 2)
+    text += "  note: the starts disagree; what follows may trace a bad minimum\n";
+  text += candidates_text(d);
+  text += fmt::format("verdict: {}\n", name_of(d.verdict));
+  for (const FoundEffect& effect : d.effects) text += effect_text(d, effect);
+  text += measures_text(d);
+  if (!d.unexplained.empty()) {
+    text += fmt::format("left of {}:\n", s.estimation);
+    for (const std::string& line : d.unexplained) text += fmt::format("  {}\n", line);
+  }
+  return text + fmt::format("{:.1f} s\n", s.seconds);
+}
+
+}  // namespace armukf

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "armukf/batch/evaluate.hpp"
+#include "armukf/io/csv_writer.hpp"
+#include "armukf/model/model.hpp"
+#include "armukf/online/recursion.hpp"
+#include "armukf/online/session.hpp"
+#include "armukf/online/tally.hpp"
+
+namespace armukf {
+
+/// All that an estimate ends with.
+struct EstimateSummary {
+  RecursiveEstimate estimate;
+  ClosingSimulation simulation;  // of the final parameters, over the first samples of a long record
+};
+
+/// Of the augmented belief: states, then unknown parameters.
+std::vector<std::string> augmented_names(const Model& model);
+
+/// Parts of JSON that reports on a filter's pass share.
+nlohmann::ordered_json counts_json(const Tally& tally);
+nlohmann::ordered_json innovation_json(const InnovationStatistics& innovations);
+
+/// How a simulation did; "cannot be simulated with these values" where it ran away.
+nlohmann::ordered_json simulation_json(const ClosingSimulation& simulation);
+std::string simulation_text(double fit_percent, double mse);
+
+/// The header of the rows that `write_row` writes.
+void write_header(CsvWriter& writer, const Model& model);
+/// One row: the sample, its innovation, status, every augmented state and its deviation.
+void write_row(CsvWriter& writer, const Estimate& estimate);
+
+/// The summary as JSON, and as text for a person.
+nlohmann::ordered_json estimate_json(const EstimateSummary& summary);
+std::string estimate_text(const EstimateSummary& summary);
+
+}  // namespace armukf

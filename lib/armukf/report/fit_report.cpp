@@ -1,0 +1,211 @@
+#include "armukf/report/fit_report.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "armukf/core/statistics.hpp"
+#include "armukf/report/estimate_report.hpp"
+#include "armukf/report/parameters_json.hpp"
+
+namespace armukf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Estimates so correlated are listed: the record tells hardly more than a combination of them.
+constexpr double kCorrelated = 0.95;
+
+std::string name_of(const Identification& found, const ParameterEstimate& estimate) {
+  return found.model.parameters[estimate.position].name;
+}
+
+/// Whether two deviations are more than the value, or than its typical size if that is larger.
+bool poorly_determined(const Identification& found, const ParameterEstimate& estimate) {
+  const double size =
+      std::max(std::abs(estimate.value), found.model.parameters[estimate.position].scale);
+  return estimate.on_bound || !(2.0 * estimate.coloured_sd < size);
+}
+
+std::vector<std::string> poorly_determined(const Identification& found) {
+  std::vector<std::string> names;
+  for (const ParameterEstimate& estimate : found.parameters)
+    if (poorly_determined(found, estimate)) names.push_back(name_of(found, estimate));
+  return names;
+}
+
+/// Deviations by the model's parameters, those of known ones 0.
+std::vector<double> by_parameter(const Identification& found, double ParameterEstimate::*sd) {
+  std::vector<double> all(found.model.parameters.size(), 0.0);
+  for (const ParameterEstimate& estimate : found.parameters) all[estimate.position] = estimate.*sd;
+  return all;
+}
+
+Json parameters_of(const Identification& found) {
+  Json parameters = parameters_json(found.model, by_parameter(found, &ParameterEstimate::sd));
+  for (const ParameterEstimate& estimate : found.parameters) {
+    Json& parameter = parameters[name_of(found, estimate)];
+    parameter["sd_hac"] = estimate.coloured_sd;
+    parameter["on_bound"] = estimate.on_bound;
+  }
+  return parameters;
+}
+
+Json correlation_of(const Identification& found) {
+  Json rows = Json::object();
+  for (std::size_t i = 0; i < found.parameters.size(); ++i)
+    for (std::size_t j = 0; j < found.parameters.size(); ++j)
+      rows[name_of(found, found.parameters[i])][name_of(found, found.parameters[j])] =
+          found.correlation(static_cast<int>(i), static_cast<int>(j));
+  return rows;
+}
+
+Json initial_state_of(const Model& model, const InitialStates& initial) {
+  Json states = Json::object();
+  for (std::size_t i = 0; i < model.states.size(); ++i) {
+    const double sd = std::isnan(initial.sd[i]) ? 0.0 : initial.sd[i];
+    states[model.states[i].name] = {{"value", initial.x0[i]}, {"sd", sd}};
+  }
+  return states;
+}
+
+std::string experiment_line(const Experiment& e) {
+  return fmt::format("  {} from {:g} s: {} samples, {}\n", e.file, e.from_s, e.samples,
+                     simulation_text(e.fit.fit_percent, e.fit.mse));
+}
+
+Json experiment_json(const Model& model, const Experiment& e) {
+  return {{"file", e.file},       {"from_s", e.from_s},
+          {"samples", e.samples}, {"fit_percent", e.fit.fit_percent},
+          {"mse", e.fit.mse},     {"initial_state", initial_state_of(model, e.fit.initial)}};
+}
+
+std::string initial_line(const Model& model, const InitialStates& initial) {
+  std::vector<std::string> states;
+  for (std::size_t i = 0; i < model.states.size(); ++i)
+    states.push_back(std::isnan(initial.sd[i])
+                         ? fmt::format("{} {:.4g}", model.states[i].name, initial.x0[i])
+                         : fmt::format("{} {:.4g} ± {:.2g}", model.states[i].name, initial.x0[i],
+                                       initial.sd[i]));
+  return fmt::format("    from {}\n", fmt::join(states, ", "));
+}
+
+std::string parameter_lines(const Identification& found) {
+  std::string text = fmt::format("  {:<20} {:>12}   {:<10} {:<10}\n", "", "value", "sd", "HAC sd");
+  for (const ParameterEstimate& estimate : found.parameters) {
+    const Parameter& p = found.model.parameters[estimate.position];
+    text += fmt::format("  {:<20} {:>12.6g}   {:<10.2g} {:<10.2g} {}{}\n", p.name, estimate.value,
+                        estimate.sd, estimate.coloured_sd, p.unit,
+                        estimate.on_bound ? "  (on its bound)" : "");
+  }
+  return text;
+}
+
+std::string correlation_lines(const Identification& found) {
+  std::string text;
+  for (std::size_t i = 0; i < found.parameters.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const double r = found.correlation(static_cast<int>(i), static_cast<int>(j));
+      if (std::abs(r) > kCorrelated)
+        text +=
+            fmt::format("  {} and {} are correlated: {:.3f}\n", name_of(found, found.parameters[j]),
+                        name_of(found, found.parameters[i]), r);
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+FitSummary fit_summary(const Model& model, const std::vector<Record>& records,
+                       const IdentifySettings& settings) {
+  const auto begin = std::chrono::steady_clock::now();
+  FitSummary summary{identify(model, records, settings)};
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+  summary.seconds = taken.count();
+  return summary;
+}
+
+nlohmann::ordered_json fit_json(const FitSummary& s) {
+  const Identification& found = s.identification;
+  Json experiments = Json::array();
+  for (const Experiment& e : found.experiments)
+    experiments.push_back(experiment_json(found.model, e));
+  return {{"parameters", parameters_of(found)},
+          {"experiments", experiments},
+          {"fit_percent", found.fit_percent},
+          {"mse", found.mse},
+          {"fpe", found.fpe},
+          {"aic", found.aic},
+          {"bic", found.bic},
+          {"iterations", found.iterations},
+          {"evaluations", found.evaluations},
+          {"termination", found.termination},
+          {"converged", found.converged},
+          {"starts", found.starts},
+          {"starts_agreeing", found.agreeing},
+          {"huber_scale", found.huber_scale},
+          {"correlation", correlation_of(found)},
+          {"poorly_determined", poorly_determined(found)},
+          {"seconds", s.seconds}};
+}
+
+std::string fit_text(const FitSummary& s) {
+  const Identification& found = s.identification;
+  std::string text = fmt::format("{} after {} iterations, {} simulations, {:.3f} s\n",
+                                 found.termination, found.iterations, found.evaluations, s.seconds);
+  text += parameter_lines(found);
+  for (const Experiment& e : found.experiments) {
+    text += experiment_line(e);
+    text += initial_line(found.model, e.fit.initial);
+  }
+  text +=
+      fmt::format("  {}, FPE {:.5g}, AIC {:.6g}, BIC {:.6g}\n",
+                  simulation_text(found.fit_percent, found.mse), found.fpe, found.aic, found.bic);
+  if (found.starts > 1)
+    text += fmt::format("  {} of {} starts ended in this minimum\n", found.agreeing, found.starts);
+  text += correlation_lines(found);
+  if (const auto names = poorly_determined(found); !names.empty())
+    text += fmt::format("  note: these records hardly determine {}\n", fmt::join(names, ", "));
+  return text;
+}
+
+nlohmann::ordered_json evaluation_json(const EvaluationSummary& s) {
+  Json experiments = Json::array();
+  for (const Evaluation& e : s.evaluations) {
+    const ResidualTests& residual = e.residual;
+    Json experiment = experiment_json(s.model, e.experiment);
+    experiment["horizon"] = s.horizon;
+    experiment["residual"] = {
+        {"ljung_box_p", residual.ljung_box_p},
+        {"autocorrelation_outside_99", residual.autocorrelation_outside},
+        {"input_crosscorrelation_outside_99", residual.crosscorrelation_outside},
+        {"autocorrelation", residual.autocorrelation},
+        {"autocorrelation_band_99", residual.autocorrelation_band},
+        {"input_crosscorrelation", residual.input_crosscorrelation},
+        {"input_crosscorrelation_band_99", residual.crosscorrelation_band}};
+    experiments.push_back(experiment);
+  }
+  return {{"experiments", experiments}};
+}
+
+std::string evaluation_text(const EvaluationSummary& s) {
+  std::string text;
+  for (const Evaluation& e : s.evaluations) {
+    text += experiment_line(e.experiment);
+    text += initial_line(s.model, e.experiment.fit.initial);
+    if (!std::isfinite(e.experiment.fit.mse)) continue;
+    text += fmt::format(
+        "    residual: Ljung-Box p {:.2g}; of {} autocorrelations {} and of {} correlations with "
+        "the input {} outside of the 99 % band\n",
+        e.residual.ljung_box_p, kWhitenessLags, e.residual.autocorrelation_outside,
+        kWhitenessLags + 1, e.residual.crosscorrelation_outside);
+  }
+  return text;
+}
+
+}  // namespace armukf

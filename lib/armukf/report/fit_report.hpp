@@ -1,0 +1,37 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "armukf/batch/evaluate.hpp"
+#include "armukf/batch/identify.hpp"
+#include "armukf/core/record.hpp"
+
+namespace armukf {
+
+/// All that a batch fit ends with.
+struct FitSummary {
+  Identification identification;
+  double seconds = 0.0;
+};
+
+/// The batch estimate, timed.
+FitSummary fit_summary(const Model& model, const std::vector<Record>& records,
+                       const IdentifySettings& settings);
+
+/// The summary as JSON, and as text for a person.
+nlohmann::ordered_json fit_json(const FitSummary& summary);
+std::string fit_text(const FitSummary& summary);
+
+/// A model against records: one evaluation each.
+struct EvaluationSummary {
+  Model model;
+  std::string horizon;  // samples, or "inf"
+  std::vector<Evaluation> evaluations;
+};
+
+nlohmann::ordered_json evaluation_json(const EvaluationSummary& summary);
+std::string evaluation_text(const EvaluationSummary& summary);
+
+}  // namespace armukf
