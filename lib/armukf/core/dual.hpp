@@ -1,6 +1,6 @@
 #pragma once
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 
 #include "armukf/core/elementary.hpp"
@@ -108,22 +108,31 @@ template <int N>
 }
 
 template <int N>
-[[gnu::always_inline]] inline Dual<N> sech(const Dual<N>& x) {
-  const double e = std::exp(-std::abs(x.value));  // serves sech and its slope, -sech tanh
-  const double scale = 1.0 / (1.0 + e * e);
-  const double s = 2.0 * e * scale;
-  const double t = std::copysign((1.0 - e * e) * scale, x.value);
-  return chain(x, s, -s * t);
+[[gnu::always_inline]] inline SechTanh<Dual<N>> sech_and_tanh(const Dual<N>& x, const Dual<N>& y) {
+  Pack exponents{};
+  exponents[0] = -std::abs(x.value);
+  exponents[1] = -2.0 * std::abs(y.value);
+  const Pack e = exp(exponents);
+  const double square = e[0] * e[0];
+  const double p = 1.0 + square;
+  const double q = 1.0 + e[1];
+  const double inverse = 1.0 / (p * q);
+  const double s = 2.0 * e[0] * (q * inverse);
+  const double slope = -s * std::copysign((1.0 - square) * (q * inverse), x.value);
+  const double t = std::copysign((1.0 - e[1]) * (p * inverse), y.value);
+  return {chain(x, s, slope), chain(y, t, 1.0 - t * t)};
 }
 
-/// e[i] = exp(z[i]) for i < n <= 64.
+/// e[i] = exp(z[i]) for i < n.
 template <int N>
 void exponentials(const Dual<N>* z, Dual<N>* e, int n) {
-  std::array<double, 64> exponents;
-  std::array<double, 64> values;
-  for (int i = 0; i < n; ++i) exponents[i] = z[i].value;
-  exponentials(exponents.data(), values.data(), n);
-  for (int i = 0; i < n; ++i) e[i] = chain(z[i], values[i], values[i]);
+  for (int first = 0; first < n; first += kPackWidth) {
+    const int count = std::min(kPackWidth, n - first);
+    Pack exponents{};
+    for (int i = 0; i < count; ++i) exponents[i] = z[first + i].value;
+    const Pack values = exp(exponents);
+    for (int i = 0; i < count; ++i) e[first + i] = chain(z[first + i], values[i], values[i]);
+  }
 }
 
 }  // namespace armukf

@@ -26,15 +26,16 @@ inline Pack exp(Pack x) {
   const Pack shifted = x * 0x1.71547652b82fep0 + kShift;
   const Pack n = shifted - kShift;
   const Pack r = (x - n * 0x1.62e42feep-1) - n * 0x1.a39ef35793c76p-33;
-  // Taylor to degree 13, evaluated in pairs (Estrin); the remainder is below r^14/14! < 5e-18.
+  // The polynomial of degree 11 that is e^r at the Chebyshev points: within 4e-18 between them.
+  // Evaluated in pairs (Estrin).
   const Pack r2 = r * r;
   const Pack r4 = r2 * r2;
-  const Pack low = (1.0 + r) + r2 * (1.0 / 2 + r * (1.0 / 6));
-  const Pack mid = (1.0 / 24 + r * (1.0 / 120)) + r2 * (1.0 / 720 + r * (1.0 / 5040));
-  const Pack high =
-      (1.0 / 40320 + r * (1.0 / 362880)) + r2 * (1.0 / 3628800 + r * (1.0 / 39916800));
-  const Pack top = 1.0 / 479001600 + r * (1.0 / 6227020800);
-  const Pack series = low + r4 * (mid + r4 * (high + r4 * top));
+  const Pack low = (1.0 + r) + r2 * (0x1.0000000000011p-1 + r * 0x1.555555555555ap-3);
+  const Pack mid = (0x1.555555554f0cfp-5 + r * 0x1.111111110f225p-7) +
+                   r2 * (0x1.6c16c187fbe02p-10 + r * 0x1.a01a01b14378fp-13);
+  const Pack high = (0x1.a01991ac8730ap-16 + r * 0x1.71ddf5749d126p-19) +
+                    r2 * (0x1.28b4057f44145p-22 + r * 0x1.af631d0059becp-26);
+  const Pack series = low + r4 * (mid + r4 * high);
   const PackBits exponent = (__builtin_bit_cast(PackBits, shifted) + 1023) << 52;
   return series * __builtin_bit_cast(Pack, exponent);
 }
@@ -78,11 +79,22 @@ T tanh(const T& x) {
   return where_negative(x, T(-t), t);
 }
 
-/// 1 / cosh(x), without overflow.
+/// 1 / cosh(x) and tanh(y), together since they can share a division; without overflow.
+template <class T>
+struct SechTanh {
+  T sech;
+  T tanh;
+};
+
 template <Plain T>
-T sech(const T& x) {
-  const T e = exp(T(-magnitude(x)));
-  return (e + e) / (1.0 + e * e);
+SechTanh<T> sech_and_tanh(const T& x, const T& y) {
+  const T a = exp(T(-magnitude(x)));
+  const T b = exp(T(-2.0 * magnitude(y)));
+  const T p = 1.0 + a * a;
+  const T q = 1.0 + b;
+  const T inverse = 1.0 / (p * q);
+  const T t = (1.0 - b) * (p * inverse);
+  return {(a + a) * (q * inverse), where_negative(y, T(-t), t)};
 }
 
 }  // namespace armukf

@@ -30,7 +30,7 @@ struct BoundedShape {
 
 /// A row of a belief: an entry per element, padded with zeros to whole packs.
 template <class Shape>
-using BeliefRow = Lanes<padded(Shape::kSize)>;
+using BeliefRow = Lanes<Shape::kSize>;
 
 /// A normal distribution of the augmented vector: its mean, and its covariance as rows (symmetric,
 /// both halves kept). Entries beyond shape.size() are 0.
@@ -65,7 +65,7 @@ bool cholesky(const Gaussian<Shape>& belief, std::array<BeliefRow<Shape>, Shape:
         columns[k].packs[p] -= factor * columns[j].packs[p];
     }
   }
-  for (Pack& p : pivots.packs) p = 1.0 / square_root(p);
+  for (int p = 0; p < Row::kPacks; ++p) pivots.packs[p] = 1.0 / square_root(pivots.packs[p]);
   for (int j = 0; j < n; ++j) {
     columns[j] *= pivots[j];
     clear_below(columns[j], j);

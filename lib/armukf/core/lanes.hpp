@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 
 namespace armukf {
 
@@ -21,24 +22,41 @@ inline constexpr int kPackWidth = 2;
 using Pack [[gnu::vector_size(kPackWidth * sizeof(double))]] = double;
 using PackBits [[gnu::vector_size(kPackWidth * sizeof(double))]] = std::int64_t;
 
-/// The least multiple of a register's width that holds n doubles.
-constexpr int padded(int n) { return (n + 7) / 8 * 8; }
+/// The least multiple of `unit` that holds n.
+constexpr int padded(int n, int unit) { return (n + unit - 1) / unit * unit; }
 
 inline Pack broadcast(double value) { return Pack{} + value; }
 
+/// Calls f(0) ... f(N - 1). A few calls are written out: what is kept in arrays that are only indexed
+/// by constants, a compiler puts into registers.
+template <int N, class F>
+[[gnu::always_inline]] inline void for_each_index(const F& f) {
+  constexpr int kFew = 4;
+  if constexpr (N <= kFew) {
+    [&]<int... I>(std::integer_sequence<int, I...>) __attribute__((always_inline)) {
+      (f(I), ...);
+    }
+    (std::make_integer_sequence<int, N>());
+  } else {
+    for (int i = 0; i < N; ++i) f(i);
+  }
+}
+
 /// A row of N numbers that are treated alike: a lane per sigma point, or a derivative per
-/// direction. N is a multiple of 8, so that its packs are full on every machine.
+/// direction. The packs in use are those that hold N numbers; what they hold beyond N is computed
+/// as well, and counts in sums.
 ///
-/// Its layout is the same on every machine, so that parts of a program that were compiled for
-/// different ones may share it.
-template <int N>
-struct alignas(64) Lanes {
-  static_assert(N % 8 == 0);
-  static constexpr int kPacks = N / kPackWidth;
+/// Parts of a program that were compiled for different machines cannot mistake each other's lanes:
+/// the width of a register is part of the type.
+template <int N, int Width = kPackWidth>
+struct Lanes {
+  static constexpr int kPacks = padded(N, kPackWidth) / kPackWidth;
   std::array<Pack, kPacks> packs;
 
   Lanes() = default;  // leaves the lanes as they are; Lanes() and Lanes{} are zero
-  Lanes(double value) { packs.fill(broadcast(value)); }  // NOLINT(google-explicit-constructor)
+  Lanes(double value) {  // NOLINT(google-explicit-constructor)
+    for_each_index<kPacks>([&](int i) __attribute__((always_inline)) { packs[i] = broadcast(value); });
+  }
 
   double* begin() { return reinterpret_cast<double*>(packs.data()); }
   const double* begin() const { return reinterpret_cast<const double*>(packs.data()); }
@@ -46,15 +64,15 @@ struct alignas(64) Lanes {
   double operator[](int lane) const { return begin()[lane]; }
 
   [[gnu::always_inline]] inline Lanes& operator+=(const Lanes& other) {
-    for (int i = 0; i < kPacks; ++i) packs[i] += other.packs[i];
+    for_each_index<kPacks>([&](int i) __attribute__((always_inline)) { packs[i] += other.packs[i]; });
     return *this;
   }
   [[gnu::always_inline]] inline Lanes& operator-=(const Lanes& other) {
-    for (int i = 0; i < kPacks; ++i) packs[i] -= other.packs[i];
+    for_each_index<kPacks>([&](int i) __attribute__((always_inline)) { packs[i] -= other.packs[i]; });
     return *this;
   }
   [[gnu::always_inline]] inline Lanes& operator*=(double factor) {
-    for (int i = 0; i < kPacks; ++i) packs[i] *= factor;
+    for_each_index<kPacks>([&](int i) __attribute__((always_inline)) { packs[i] *= factor; });
     return *this;
   }
   [[gnu::always_inline]] friend inline Lanes operator+(Lanes a, const Lanes& b) { return a += b; }

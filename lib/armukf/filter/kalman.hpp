@@ -15,7 +15,7 @@ namespace armukf {
 template <class Shape>
 struct Image {
   std::array<double, Shape::kStates> mean{};
-  std::array<BeliefRow<Shape>, Shape::kStates> covariance{};
+  std::array<BeliefRow<Shape>, Shape::kStates> covariance;
   std::array<BeliefRow<Shape>, Shape::kStates> with_old;
   bool valid = true;  // false where the belief had no root
 };

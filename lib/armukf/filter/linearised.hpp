@@ -19,9 +19,9 @@ class Linearised {
 
   using Row = BeliefRow<Shape>;
 
-  /// Directions are carried a few at a time: a number that fits into registers is differentiated
-  /// several times as fast as one of all directions, although its value is found anew.
-  static constexpr int kDirections = 8;
+  /// Directions are carried as many at a time as keep a number in registers: more of them would be
+  /// slower, although the value is found anew for each batch.
+  static constexpr int kDirections = padded(std::min(12, 4 * kPackWidth), kPackWidth);
   using Number = Dual<kDirections>;
 
   explicit Linearised(const UnscentedSpread& /*spread*/ = {}, Shape /*shape*/ = {}) {}
@@ -75,8 +75,9 @@ class Linearised {
   }
 
   static void place(const Number& y, int first, Row& gradient) {
-    constexpr int kPacks = Lanes<kDirections>::kPacks;
-    for (int k = 0; k < kPacks; ++k) gradient.packs[first / kPackWidth + k] = y.gradient.packs[k];
+    const int begin = first / kPackWidth;
+    const int count = std::min(Lanes<kDirections>::kPacks, Row::kPacks - begin);
+    for (int k = 0; k < count; ++k) gradient.packs[begin + k] = y.gradient.packs[k];
   }
 
   template <class F>

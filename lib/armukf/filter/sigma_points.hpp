@@ -15,9 +15,9 @@ namespace armukf {
 template <class Shape, bool Centre>
 class SigmaPoints {
  public:
-  static constexpr int kHalf = Centre ? padded(Shape::kSize + 1) : Shape::kSize;
-  using Points = Lanes<padded(2 * kHalf)>;
-  using Offsets = std::array<Lanes<padded(kHalf)>, Shape::kSize>;  // c L, by row
+  static constexpr int kHalf = Centre ? padded(Shape::kSize, kPackWidth) : Shape::kSize;
+  using Points = Lanes<2 * kHalf + (Centre && kHalf == Shape::kSize ? 1 : 0)>;
+  using Offsets = std::array<Lanes<kHalf>, Shape::kSize>;  // c L, by row
 
   SigmaPoints(const UnscentedSpread& spread, const Shape& shape) {
     const int n = shape.size();
@@ -26,7 +26,7 @@ class SigmaPoints {
     outer = 0.5 / scale;
     shift = spread.beta - spread.alpha * spread.alpha;
     // Without a centre a point may have to stand in for it as the origin of small numbers.
-    origin = n < kHalf ? n : (2 * kHalf < padded(2 * kHalf) ? 2 * kHalf : 0);
+    origin = n < kHalf ? n : (2 * kHalf < Points::kPacks * kPackWidth ? 2 * kHalf : 0);
   }
 
   std::array<Points, Shape::kSize> draw(const Shape& shape, const BeliefRow<Shape>& mean,
@@ -39,6 +39,7 @@ class SigmaPoints {
           points[i].packs[k] = mean[i] + offsets[i].packs[k];
           points[i].packs[kPacks + k] = mean[i] - offsets[i].packs[k];
         }
+        if constexpr (Points::kPacks > 2 * kPacks) points[i].packs[2 * kPacks] = broadcast(mean[i]);
       } else {
         points[i] = Points(mean[i]);
         for (int k = 0; k < kHalf; ++k) points[i][k] += offsets[i][k];

@@ -116,9 +116,9 @@ class SquareRootFilter {
  private:
   using Sigma = SigmaPoints<Shape, true>;
   using Points = typename Sigma::Points;
-  using Wider = Lanes<padded(Shape::kSize + 1)>;
+  using Wider = Lanes<Shape::kSize + 1>;
   static constexpr int kHalf = Sigma::kHalf;
-  using Array = Lanes<2 * kHalf + padded(Shape::kSize)>;  // differences, sums, noise
+  using Array = Lanes<2 * kHalf + Shape::kSize>;  // differences, sums, noise
 
   std::array<Wider, Shape::kSize> widened() const {
     std::array<Wider, Shape::kSize> rows{};
@@ -128,8 +128,10 @@ class SquareRootFilter {
   }
 
   typename Sigma::Offsets offsets() const {
-    typename Sigma::Offsets offsets = widened();
-    for (int i = 0; i < shape_.size(); ++i) offsets[i] *= sigma_.distance;
+    typename Sigma::Offsets offsets{};
+    for (int i = 0; i < shape_.size(); ++i)
+      for (int k = 0; k < Row::kPacks; ++k)
+        offsets[i].packs[k] = sigma_.distance * root_[i].packs[k];
     return offsets;
   }
 

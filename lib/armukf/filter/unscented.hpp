@@ -64,7 +64,7 @@ class SigmaPointRule {
 
   /// cov(x', [x theta]) = w c sum_j (d_{+j} - d_{-j}) L(:, j).
   Row covariance_with_old(int n, const std::array<Row, Shape::kSize>& root, const Points& d) const {
-    Lanes<padded(kHalf)> difference;
+    Lanes<kHalf> difference;
     const double weight = sigma_.outer * sigma_.distance;
     if constexpr (kHalf % kPackWidth == 0) {
       constexpr int kPacks = kHalf / kPackWidth;

@@ -55,7 +55,8 @@ struct Coefficients {
 /// Friction torque (N.m) at motor speed w (rad/s): viscous, Coulomb and Stribeck; odd in w.
 template <class T>
 [[gnu::always_inline]] inline T friction(const Coefficients<T>& c, const T& w) {
-  return c.Fv * w + (c.Fc + c.Fcs * sech(T(c.alpha * w))) * tanh(T(c.beta * w));
+  const SechTanh<T> at = sech_and_tanh(T(c.alpha * w), T(c.beta * w));
+  return c.Fv * w + (c.Fc + c.Fcs * at.sech) * at.tanh;
 }
 
 /// Torque (N.m) of the gear's spring, hardening with its twist (rad); acts against positive twist.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 
 #include "armukf/core/dual.hpp"
 #include "armukf/core/lanes.hpp"
@@ -77,7 +78,7 @@ class System {
  public:
   System(const Model& model, const FreeCoordinates& coordinates, const T* z, double u) : u_(u) {
     coordinates.to_physical(z, parameters_.data());
-    dynamics_ = Dynamics<T>(model, parameters_.data());
+    std::construct_at(&dynamics_, model, parameters_.data());
   }
   System(const System&) = delete;  // the dynamics point into this
   System& operator=(const System&) = delete;
@@ -102,7 +103,7 @@ class System<Lanes<L>, N> {
     for (int k = 0; k < kPacks; ++k) {
       for (int i = 0; i < coordinates.size(); ++i) column[i] = z[i].packs[k];
       coordinates.to_physical(column.data(), parameters_[k].data());
-      dynamics_[k] = Dynamics<Pack>(model, parameters_[k].data());
+      std::construct_at(&dynamics_[k], model, parameters_[k].data());
     }
   }
   System(const System&) = delete;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <boost/numeric/odeint/stepper/euler.hpp>
-#include <boost/numeric/odeint/stepper/runge_kutta4.hpp>
+#include <boost/numeric/odeint/stepper/runge_kutta4_classic.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_cash_karp54.hpp>
 #include <boost/numeric/odeint/stepper/runge_kutta_dopri5.hpp>
 #include <cmath>
@@ -38,7 +38,7 @@ void propagate(const Propagation& how, const F& f, State& x, double t, double dt
     case Stepper::kEuler:
       return take_steps<odeint::euler>(f, x, t, dt, n);
     case Stepper::kRungeKutta4:
-      return take_steps<odeint::runge_kutta4>(f, x, t, dt, n);
+      return take_steps<odeint::runge_kutta4_classic>(f, x, t, dt, n);
     case Stepper::kCashKarp54:
       return take_steps<odeint::runge_kutta_cash_karp54>(f, x, t, dt, n);
     case Stepper::kDormandPrince5:
