@@ -59,6 +59,7 @@ void add_fit(CLI::App& program) {
       .add_option("--starts", o->settings.starts,
                   "searches; all but the first from drawn start values")
       ->check(whole_number(1, 10000));
+  add_threads_option(command, o->settings.threads);
   command.add_option("--seed", o->settings.seed, "of the drawn start values");
   command.add_option("--iterations", o->settings.iterations, "of one search, at most")
       ->check(whole_number(1, 100000));

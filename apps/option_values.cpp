@@ -61,4 +61,12 @@ CLI::Validator whole_number(std::uint64_t least, std::uint64_t greatest) {
   return {complaint, ""};
 }
 
+void add_threads_option(CLI::App& command, int& threads) {
+  constexpr int kMost = 1024;
+  command
+      .add_option("--threads", threads,
+                  "that share the work (default: one per processor); results do not depend on it")
+      ->check(whole_number(1, kMost));
+}
+
 }  // namespace armukf::apps

@@ -21,6 +21,9 @@ CLI::Validator number_to(double greatest);
 /// A whole number from `least` to `greatest`.
 CLI::Validator whole_number(std::uint64_t least, std::uint64_t greatest);
 
+/// How many threads share the work.
+void add_threads_option(CLI::App& command, int& threads);
+
 /// The result of an action; an InputError of it gets the option's name before it.
 template <class Action>
 auto of_option(std::string_view option, const Action& action) {

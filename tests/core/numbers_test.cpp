@@ -36,9 +36,24 @@ TEST(Pack, HyperbolicFunctionsNeverOverflow) {
     EXPECT_NEAR(tanh(broadcast(x))[0], std::tanh(x), 5e-16) << x;
     EXPECT_NEAR(tanh(x), std::tanh(x), 5e-16) << x;
     const double expected = std::abs(x) > 700.0 ? 0.0 : 1.0 / std::cosh(x);
-    EXPECT_NEAR(sech(broadcast(x))[0], expected, 5e-16) << x;
-    EXPECT_NEAR(sech(x), expected, 5e-16) << x;
+    for (const double y : {-2.0, 0.0, 0.3, 900.0}) {
+      const SechTanh<Pack> packs = sech_and_tanh(broadcast(x), broadcast(y));
+      EXPECT_NEAR(packs.sech[0], expected, 5e-16) << x;
+      EXPECT_NEAR(packs.tanh[0], std::tanh(y), 5e-16) << y;
+      const SechTanh<double> both = sech_and_tanh(x, y);
+      EXPECT_NEAR(both.sech, expected, 5e-16) << x;
+      EXPECT_NEAR(both.tanh, std::tanh(y), 5e-16) << y;
+    }
   }
+}
+
+TEST(Pack, SineAndCosineHoldFarFromZero) {
+  for (double x = -3e5; x < 3e5; x += 977.123) {  // beyond 1e5 another way is taken
+    EXPECT_NEAR(sin(broadcast(x))[0], std::sin(x), 5e-16) << x;
+    EXPECT_NEAR(cos(broadcast(x))[kPackWidth - 1], std::cos(x), 5e-16) << x;
+  }
+  EXPECT_TRUE(std::isnan(cos(broadcast(std::nan("")))[0]));
+  EXPECT_TRUE(std::isnan(sin(broadcast(HUGE_VAL))[0]));
 }
 
 TEST(Pack, ManyExponentialsAreTheSingleOnes) {
@@ -75,7 +90,7 @@ TEST(Dual, EveryOperationCarriesItsDerivative) {
       [](const D& x) { return -x * exp(x); },
       [](const D& x) { return log(x) + sqrt(x); },
       [](const D& x) { return sin(x) * cos(x); },
-      [](const D& x) { return tanh(x) + sech(2.0 * x); },
+      [](const D& x) { return tanh(x) + sech_and_tanh(2.0 * x, x).sech; },
   };
   for (const auto& f : functions)
     for (const double at : {0.3, 1.0, 2.7}) expect_slope(f, at);
@@ -83,10 +98,12 @@ TEST(Dual, EveryOperationCarriesItsDerivative) {
 
 TEST(Dual, SechAndTanhAreSmoothThroughZeroAndFlatFarOut) {
   for (const double at : {-3.0, -1e-7, 0.0, 1e-7}) {
-    expect_slope([](const D& x) { return sech(x); }, at);
+    expect_slope([](const D& x) { return sech_and_tanh(x, x).sech; }, at);
+    expect_slope([](const D& x) { return sech_and_tanh(x, 2.0 * x).tanh; }, at);
     expect_slope([](const D& x) { return tanh(x); }, at);
   }
-  EXPECT_EQ(sech(D::variable(1e4, 0)).gradient[0], 0.0);
+  const D far = D::variable(1e4, 0);
+  EXPECT_NEAR(sech_and_tanh(far, far).sech.gradient[0], 0.0, 1e-300);
 }
 
 template <class Shape>

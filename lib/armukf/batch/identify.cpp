@@ -10,6 +10,7 @@
 #include "armukf/batch/output_error.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
+#include "armukf/core/parallel.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/fit/loss.hpp"
 #include "armukf/model/coordinates.hpp"
@@ -53,12 +54,14 @@ Model drawn(const Model& model, std::mt19937_64& generator) {
 std::vector<Minimum> search_all(const Model& model, const std::vector<Record>& records,
                                 const IdentifySettings& settings, const SearchLimits& limits) {
   std::mt19937_64 generator(settings.seed);
-  std::vector<Minimum> minima;
-  for (int k = 0; k < std::max(1, settings.starts); ++k) {
-    const Model start = k == 0 ? model : drawn(model, generator);
-    const OutputError error(start, records, settings.initial, settings.propagation);
-    minima.push_back(search(error, error.variables_of_model(), kInfinite, limits));
-  }
+  std::vector<Model> starts{model};
+  while (static_cast<int>(starts.size()) < settings.starts)
+    starts.push_back(drawn(model, generator));
+  std::vector<Minimum> minima(starts.size());
+  for_each_job(settings.threads, static_cast<int>(starts.size()), [&](int k) {
+    const OutputError error(starts[k], records, settings.initial, settings.propagation);
+    minima[k] = search(error, error.variables_of_model(), kInfinite, limits);
+  });
   std::ranges::stable_sort(minima, {}, &Minimum::cost);
   return minima;
 }

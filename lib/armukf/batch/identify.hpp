@@ -19,6 +19,7 @@ struct IdentifySettings {
   InitialChoice initial;
   int starts = 1;          // searches; the first from the model's values, the rest drawn about them
   std::uint64_t seed = 1;  // of the drawn starts
+  int threads = 0;         // searches at once; 0: one per processor
   bool robust = false;     // Huber's loss in place of squares
   int iterations = 100;    // at most, of one search
   double longest_gap_s = kLongestGapS;  // s; a record is cut at longer intervals

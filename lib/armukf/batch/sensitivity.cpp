@@ -9,11 +9,9 @@
 namespace armukf {
 namespace {
 
-/// Directions carried at once: what the registers hold of each number.
-constexpr int kDirections = 8;
-using Number = Dual<kDirections>;
+using Number = Dual<kDirectionsAtOnce>;
 
-/// Fills y and the gradient's columns from `first` on, at most kDirections of them.
+/// Fills y and the gradient's columns from `first` on, at most kDirectionsAtOnce of them.
 void differentiate(const Model& model, const std::vector<double>& x0,
                    const std::vector<Sample>& samples, const Propagation& propagation,
                    const Directions& directions, int first, Sensitivities& result) {
@@ -21,7 +19,7 @@ void differentiate(const Model& model, const std::vector<double>& x0,
   std::vector<Number> p(values.begin(), values.end());
   std::vector<Number> x(x0.begin(), x0.end());
   const int parameters = static_cast<int>(directions.parameters.size());
-  const int count = std::min(kDirections, directions.size() - first);
+  const int count = std::min(kDirectionsAtOnce, directions.size() - first);
   for (int j = 0; j < count; ++j) {
     const int direction = first + j;
     Number& seed = direction < parameters ? p[directions.parameters[direction]]
@@ -48,7 +46,7 @@ Sensitivities sensitivities(const Model& model, const std::vector<double>& x0,
                             const Directions& directions) {
   Sensitivities result{std::vector<double>(samples.size()),
                        JacobianMatrix(samples.size(), directions.size()), 0.0};
-  for (int first = 0; first == 0 || first < directions.size(); first += kDirections)
+  for (int first = 0; first == 0 || first < directions.size(); first += kDirectionsAtOnce)
     differentiate(model, x0, samples, propagation, directions, first, result);
   return result;
 }
@@ -61,9 +59,9 @@ JacobianMatrix torque_sensitivities(const Model& model, const std::vector<double
   const std::vector<double> values = model.values();
   const std::vector<Number> p(values.begin(), values.end());
   const std::vector<Number> x(x0.begin(), x0.end());
-  for (Eigen::Index first = 0; first < torques.cols(); first += kDirections) {
+  for (Eigen::Index first = 0; first < torques.cols(); first += kDirectionsAtOnce) {
     const auto count =
-        static_cast<int>(std::min<Eigen::Index>(kDirections, torques.cols() - first));
+        static_cast<int>(std::min<Eigen::Index>(kDirectionsAtOnce, torques.cols() - first));
     const auto input = [&](std::size_t k) {
       Number u(samples[k].u);
       for (int j = 0; j < count; ++j)

@@ -68,6 +68,10 @@ struct Dual {
   }
 };
 
+/// Directions that are worth carrying at once: as many as keep a number in registers. More of them
+/// would be slower, although the value is found anew for each batch.
+inline constexpr int kDirectionsAtOnce = padded(std::min(12, 4 * kPackWidth), kPackWidth);
+
 /// f(x) by the chain rule, given f and f' at x.
 template <int N>
 [[gnu::always_inline]] inline Dual<N> chain(const Dual<N>& x, double f, double slope) {
@@ -91,14 +95,30 @@ template <int N>
   return chain(x, root, 0.5 / root);
 }
 
+/// Both of x, by one evaluation.
+struct SineCosine {
+  double sine;
+  double cosine;
+
+  explicit SineCosine(double x) {
+    PackBits quarter{};
+    quarter[1] = 1;
+    const Pack both = sine_from_quarter(broadcast(x), quarter);
+    sine = both[0];
+    cosine = both[1];
+  }
+};
+
 template <int N>
 [[gnu::always_inline]] inline Dual<N> sin(const Dual<N>& x) {
-  return chain(x, std::sin(x.value), std::cos(x.value));
+  const SineCosine at(x.value);
+  return chain(x, at.sine, at.cosine);
 }
 
 template <int N>
 [[gnu::always_inline]] inline Dual<N> cos(const Dual<N>& x) {
-  return chain(x, std::cos(x.value), -std::sin(x.value));
+  const SineCosine at(x.value);
+  return chain(x, at.cosine, -at.sine);
 }
 
 template <int N>
@@ -112,7 +132,7 @@ template <int N>
   Pack exponents{};
   exponents[0] = -std::abs(x.value);
   exponents[1] = -2.0 * std::abs(y.value);
-  const Pack e = exp(exponents);
+  const Pack e = decay(exponents);
   const double square = e[0] * e[0];
   const double p = 1.0 + square;
   const double q = 1.0 + e[1];

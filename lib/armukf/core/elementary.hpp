@@ -15,11 +15,10 @@ using std::exp;
 using std::sin;
 using std::sqrt;
 
-/// e^x of each element, within 2 ulp; arguments are clamped to ±700, where e^x is still normal.
-inline Pack exp(Pack x) {
-  constexpr double kLimit = 700.0;
-  x = x > kLimit ? broadcast(kLimit) : x;
-  x = x < -kLimit ? broadcast(-kLimit) : x;
+/// e^x of each element, within 2 ulp, for x <= 700; arguments below -700 count as that: there e^x
+/// is still normal.
+inline Pack exp_up_to_700(Pack x) {
+  x = x < -700.0 ? broadcast(-700.0) : x;
   // x = n ln 2 + r, |r| <= ln(2)/2; adding 1.5 * 2^52 leaves the integer n in the low bits. The
   // high part of ln 2 has 21 zero bits, so that its product with n is exact.
   constexpr double kShift = 0x1.8p52;
@@ -40,6 +39,13 @@ inline Pack exp(Pack x) {
   return series * __builtin_bit_cast(Pack, exponent);
 }
 
+/// The same for every x; what is above 700 counts as that.
+inline Pack exp(Pack x) { return exp_up_to_700(x > 700.0 ? broadcast(700.0) : x); }
+
+/// e^x where x is not positive.
+inline double decay(double x) { return std::exp(x); }
+inline Pack decay(Pack x) { return exp_up_to_700(x); }
+
 /// e[i] = exp(z[i]) for i < n.
 inline void exponentials(const double* z, double* e, int n) {
   for (int i = 0; i < n; ++i) e[i] = std::exp(z[i]);
@@ -48,17 +54,49 @@ inline void exponentials(const Pack* z, Pack* e, int n) {
   for (int i = 0; i < n; ++i) e[i] = exp(z[i]);
 }
 
+template <int N>
+void exponentials(const Lanes<N>* z, Lanes<N>* e, int n) {
+  for (int i = 0; i < n; ++i)
+    for (int k = 0; k < Lanes<N>::kPacks; ++k) e[i].packs[k] = exp(z[i].packs[k]);
+}
+
 inline Pack sqrt(Pack x) { return square_root(x); }
 
-inline Pack sin(Pack x) {
-  for (int i = 0; i < kPackWidth; ++i) x[i] = std::sin(x[i]);
-  return x;
+/// sin(x + q pi/2) of each element, q an integer, within 2 ulp of the greater of it and 2^-52.
+/// Polynomials and the three parts of pi/2: fdlibm, k_sin.c, k_cos.c and e_rem_pio2.c, Sun
+/// Microsystems, 1993.
+inline Pack sine_from_quarter(Pack x, PackBits q) {
+  constexpr double kMost = 1e5;  // there n times the first part of pi/2 is still exact
+  const PackBits far = x > kMost || x < -kMost;
+  bool all_near = true;
+  for (int i = 0; i < kPackWidth; ++i) all_near = all_near && far[i] == 0;
+  if (!all_near) {
+    for (int i = 0; i < kPackWidth; ++i) {
+      const double value[] = {std::sin(x[i]), std::cos(x[i])};
+      x[i] = (q[i] & 2) == 0 ? value[q[i] & 1] : -value[q[i] & 1];
+    }
+    return x;
+  }
+  constexpr double kShift = 0x1.8p52;
+  const Pack shifted = x * 0x1.45f306dc9c883p-1 + kShift;
+  const Pack n = shifted - kShift;
+  const Pack r = ((x - n * 0x1.921fb544p0) - n * 0x1.0b4611a6p-34) - n * 0x1.3198a2e037073p-69;
+  const Pack r2 = r * r;
+  const Pack r4 = r2 * r2;
+  const Pack sine = r + r * r2 *
+                            ((-0x1.5555555555549p-3 + r2 * 0x1.111111110f8a6p-7) +
+                             r4 * ((-0x1.a01a019c161d5p-13 + r2 * 0x1.71de357b1fe7dp-19) +
+                                   r4 * (-0x1.ae5e68a2b9cebp-26 + r2 * 0x1.5d93a5acfd57cp-33)));
+  const Pack cosine =
+      (1.0 - 0.5 * r2) + r4 * ((0x1.555555555554cp-5 + r2 * -0x1.6c16c16c15177p-10) +
+                               r4 * ((0x1.a01a019cb159p-16 + r2 * -0x1.27e4f809c52adp-22) +
+                                     r4 * (0x1.1ee9ebdb4b1c4p-29 + r2 * -0x1.8fae9be8838d4p-37)));
+  const PackBits quarter = __builtin_bit_cast(PackBits, shifted) + q;
+  const Pack value = (quarter & 1) != 0 ? cosine : sine;
+  return (quarter & 2) != 0 ? -value : value;
 }
-
-inline Pack cos(Pack x) {
-  for (int i = 0; i < kPackWidth; ++i) x[i] = std::cos(x[i]);
-  return x;
-}
+inline Pack sin(Pack x) { return sine_from_quarter(x, PackBits{}); }
+inline Pack cos(Pack x) { return sine_from_quarter(x, PackBits{} + 1); }
 
 inline double magnitude(double x) { return std::abs(x); }
 inline Pack magnitude(Pack x) { return x < 0.0 ? -x : x; }
@@ -74,7 +112,7 @@ concept Plain = std::same_as<T, double> || std::same_as<T, Pack>;
 /// Hyperbolic tangent; exact to 2e-16 absolute (not relative) near zero.
 template <Plain T>
 T tanh(const T& x) {
-  const T e = exp(T(-2.0 * magnitude(x)));
+  const T e = decay(T(-2.0 * magnitude(x)));
   const T t = (1.0 - e) / (1.0 + e);
   return where_negative(x, T(-t), t);
 }
@@ -88,8 +126,8 @@ struct SechTanh {
 
 template <Plain T>
 SechTanh<T> sech_and_tanh(const T& x, const T& y) {
-  const T a = exp(T(-magnitude(x)));
-  const T b = exp(T(-2.0 * magnitude(y)));
+  const T a = decay(T(-magnitude(x)));
+  const T b = decay(T(-2.0 * magnitude(y)));
   const T p = 1.0 + a * a;
   const T q = 1.0 + b;
   const T inverse = 1.0 / (p * q);

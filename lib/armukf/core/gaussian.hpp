@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cmath>
+#include <type_traits>
+#include <utility>
 
 #include "armukf/core/lanes.hpp"
 
@@ -27,6 +29,19 @@ struct BoundedShape {
   int states() const { return moving; }
   int size() const { return all; }
 };
+
+/// Calls f(j) for every row j, with j known while compiling if the size is.
+template <class Shape, class F>
+[[gnu::always_inline]] inline void for_each_row(const Shape& shape, const F& f) {
+  if constexpr (requires { typename std::integral_constant<int, Shape::size()>; }) {
+    [&]<int... J>(std::integer_sequence<int, J...>) __attribute__((always_inline)) {
+      (f(std::integral_constant<int, J>()), ...);
+    }
+    (std::make_integer_sequence<int, Shape::size()>());
+  } else {
+    for (int j = 0; j < shape.size(); ++j) f(j);
+  }
+}
 
 /// A row of a belief: an entry per element, padded with zeros to whole packs.
 template <class Shape>
@@ -54,17 +69,20 @@ bool cholesky(const Gaussian<Shape>& belief, std::array<BeliefRow<Shape>, Shape:
   Row pivots(1.0);
   for (int j = 0; j < n; ++j) columns[j] = belief.covariance[j];
   // L D L' first: the next pivot then waits for a division only, not for a square root as well.
-  for (int j = 0; j < n; ++j) {
-    const double pivot = columns[j][j];
-    if (!(pivot > 0.0)) return false;
-    pivots[j] = pivot;
-    const double inverse = 1.0 / pivot;
-    for (int k = j + 1; k < n; ++k) {
-      const double factor = columns[j][k] * inverse;
-      for (int p = j / kPackWidth; p < Row::kPacks; ++p)
-        columns[k].packs[p] -= factor * columns[j].packs[p];
-    }
-  }
+  bool positive = true;
+  for_each_row(
+      belief.shape, [&](auto j) __attribute__((always_inline)) {
+        const double pivot = columns[j][j];
+        positive = positive && pivot > 0.0;
+        pivots[j] = pivot;
+        const double inverse = 1.0 / pivot;
+        for (int k = j + 1; k < n; ++k) {
+          const double factor = columns[j][k] * inverse;
+          for (int p = j / kPackWidth; p < Row::kPacks; ++p)
+            columns[k].packs[p] -= factor * columns[j].packs[p];
+        }
+      });
+  if (!positive) return false;
   for (int p = 0; p < Row::kPacks; ++p) pivots.packs[p] = 1.0 / square_root(pivots.packs[p]);
   for (int j = 0; j < n; ++j) {
     columns[j] *= pivots[j];

@@ -27,15 +27,13 @@ constexpr int padded(int n, int unit) { return (n + unit - 1) / unit * unit; }
 
 inline Pack broadcast(double value) { return Pack{} + value; }
 
-/// Calls f(0) ... f(N - 1). A few calls are written out: what is kept in arrays that are only indexed
-/// by constants, a compiler puts into registers.
+/// Calls f(0) ... f(N - 1). A few calls are written out: what is kept in arrays that are only
+/// indexed by constants, a compiler puts into registers.
 template <int N, class F>
 [[gnu::always_inline]] inline void for_each_index(const F& f) {
-  constexpr int kFew = 4;
+  constexpr int kFew = 6;
   if constexpr (N <= kFew) {
-    [&]<int... I>(std::integer_sequence<int, I...>) __attribute__((always_inline)) {
-      (f(I), ...);
-    }
+    [&]<int... I>(std::integer_sequence<int, I...>) __attribute__((always_inline)) { (f(I), ...); }
     (std::make_integer_sequence<int, N>());
   } else {
     for (int i = 0; i < N; ++i) f(i);
@@ -53,9 +51,10 @@ struct Lanes {
   static constexpr int kPacks = padded(N, kPackWidth) / kPackWidth;
   std::array<Pack, kPacks> packs;
 
-  Lanes() = default;  // leaves the lanes as they are; Lanes() and Lanes{} are zero
+  Lanes() = default;     // leaves the lanes as they are; Lanes() and Lanes{} are zero
   Lanes(double value) {  // NOLINT(google-explicit-constructor)
-    for_each_index<kPacks>([&](int i) __attribute__((always_inline)) { packs[i] = broadcast(value); });
+    for_each_index<kPacks>([&](int i)
+                               __attribute__((always_inline)) { packs[i] = broadcast(value); });
   }
 
   double* begin() { return reinterpret_cast<double*>(packs.data()); }
@@ -64,17 +63,32 @@ struct Lanes {
   double operator[](int lane) const { return begin()[lane]; }
 
   [[gnu::always_inline]] inline Lanes& operator+=(const Lanes& other) {
-    for_each_index<kPacks>([&](int i) __attribute__((always_inline)) { packs[i] += other.packs[i]; });
+    for_each_index<kPacks>([&](int i)
+                               __attribute__((always_inline)) { packs[i] += other.packs[i]; });
     return *this;
   }
   [[gnu::always_inline]] inline Lanes& operator-=(const Lanes& other) {
-    for_each_index<kPacks>([&](int i) __attribute__((always_inline)) { packs[i] -= other.packs[i]; });
+    for_each_index<kPacks>([&](int i)
+                               __attribute__((always_inline)) { packs[i] -= other.packs[i]; });
     return *this;
   }
   [[gnu::always_inline]] inline Lanes& operator*=(double factor) {
     for_each_index<kPacks>([&](int i) __attribute__((always_inline)) { packs[i] *= factor; });
     return *this;
   }
+  /// Element by element.
+  [[gnu::always_inline]] inline Lanes& operator*=(const Lanes& other) {
+    for_each_index<kPacks>([&](int i)
+                               __attribute__((always_inline)) { packs[i] *= other.packs[i]; });
+    return *this;
+  }
+  [[gnu::always_inline]] inline Lanes& operator/=(const Lanes& other) {
+    for_each_index<kPacks>([&](int i)
+                               __attribute__((always_inline)) { packs[i] /= other.packs[i]; });
+    return *this;
+  }
+  [[gnu::always_inline]] friend inline Lanes operator*(Lanes a, const Lanes& b) { return a *= b; }
+  [[gnu::always_inline]] friend inline Lanes operator/(Lanes a, const Lanes& b) { return a /= b; }
   [[gnu::always_inline]] friend inline Lanes operator+(Lanes a, const Lanes& b) { return a += b; }
   [[gnu::always_inline]] friend inline Lanes operator-(Lanes a, const Lanes& b) { return a -= b; }
   [[gnu::always_inline]] friend inline Lanes operator*(double factor, Lanes a) {

@@ -19,9 +19,7 @@ class Linearised {
 
   using Row = BeliefRow<Shape>;
 
-  /// Directions are carried as many at a time as keep a number in registers: more of them would be
-  /// slower, although the value is found anew for each batch.
-  static constexpr int kDirections = padded(std::min(12, 4 * kPackWidth), kPackWidth);
+  static constexpr int kDirections = kDirectionsAtOnce;
   using Number = Dual<kDirections>;
 
   explicit Linearised(const UnscentedSpread& /*spread*/ = {}, Shape /*shape*/ = {}) {}

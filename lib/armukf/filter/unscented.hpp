@@ -26,7 +26,7 @@ class SigmaPointRule {
     image.valid = cholesky(belief, root);
     if (!image.valid) return image;
     const std::array<Points, Shape::kSize> points =
-        sigma_.draw(belief.shape, belief.mean, offsets(belief.shape.size(), root));
+        sigma_.draw(belief.shape, belief.mean, offsets(belief.shape, root));
     std::array<Points, Shape::kStates> moved =
         f(points.data(), points.data() + belief.shape.states());
     weigh(belief, root, moved, image);
@@ -38,10 +38,12 @@ class SigmaPointRule {
   static constexpr int kHalf = SigmaPoints<Shape, Centre>::kHalf;
 
   /// All of L is turned before any of it is read back as packs, which would wait for the stores.
-  auto offsets(int n, const std::array<Row, Shape::kSize>& root) const {
+  auto offsets(const Shape& shape, const std::array<Row, Shape::kSize>& root) const {
     typename SigmaPoints<Shape, Centre>::Offsets offsets{};
-    for (int j = 0; j < n; ++j)
-      for (int i = j; i < n; ++i) offsets[i][j] = sigma_.distance * root[j][i];
+    for_each_row(
+        shape, [&](auto j) __attribute__((always_inline)) {
+          for (int i = j; i < shape.size(); ++i) offsets[i][j] = sigma_.distance * root[j][i];
+        });
     return offsets;
   }
 

@@ -99,12 +99,12 @@ class System<Lanes<L>, N> {
  public:
   System(const Model& model, const FreeCoordinates& coordinates, const Lanes<L>* z, double u)
       : u_(broadcast(u)) {
-    std::array<Pack, kMaxParameters> column;
-    for (int k = 0; k < kPacks; ++k) {
-      for (int i = 0; i < coordinates.size(); ++i) column[i] = z[i].packs[k];
-      coordinates.to_physical(column.data(), parameters_[k].data());
-      std::construct_at(&dynamics_[k], model, parameters_[k].data());
-    }
+    std::array<Lanes<L>, kMaxParameters> physical;
+    coordinates.to_physical(z, physical.data());
+    const int count = static_cast<int>(model.parameters.size());
+    for (int i = 0; i < count; ++i)
+      for (int k = 0; k < kPacks; ++k) parameters_[k][i] = physical[i].packs[k];
+    for (int k = 0; k < kPacks; ++k) std::construct_at(&dynamics_[k], model, parameters_[k].data());
   }
   System(const System&) = delete;
   System& operator=(const System&) = delete;

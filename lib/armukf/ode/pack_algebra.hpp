@@ -48,7 +48,9 @@ struct PackAlgebra {
   }
   template <class Op, int L, class... Others>
   [[gnu::always_inline]] static void elements(Op& op, Lanes<L>& first, Others&... others) {
-    for_each_index<Lanes<L>::kPacks>([&](int k) __attribute__((always_inline)) { op(first.packs[k], others.packs[k]...); });
+    for_each_index<Lanes<L>::kPacks>([&](int k) __attribute__((always_inline)) {
+      op(first.packs[k], others.packs[k]...);
+    });
   }
   template <class Op, int L, class... Others>
   [[gnu::always_inline]] static void elements(Op& op, Dual<L>& first, Others&... others) {

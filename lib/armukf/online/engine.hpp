@@ -29,7 +29,8 @@ struct ArmStep {
   std::array<T, N> operator()(const T* x, const T* z) const {
     std::array<T, N> moved;
     const int states = static_cast<int>(model.states.size());
-    for (int i = 0; i < N; ++i) moved[i] = i < states ? x[i] : T();
+    std::copy_n(x, states, moved.begin());
+    std::fill(moved.begin() + states, moved.end(), T());
     const System<T, N> system(model, coordinates, z, u);
     propagate(propagation, system, moved, t, dt);
     return moved;

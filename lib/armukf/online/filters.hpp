@@ -45,7 +45,9 @@ using SmoothingFilters = decltype(smoothing(Filters<Shape>()));
 
 /// The arm of the published study, whose sizes are known while compiling.
 using PublishedShape = FixedShape<kArmStates, kPublishedUnknowns>;
-/// Any other choice of unknowns and effects.
+/// A few more unknowns and effects.
+using CompletedShape = BoundedShape<10, 24>;
+/// Any other choice of them.
 using AnyShape = BoundedShape<kMaxStates, 39>;
 
 /// Calls visit(shape) with the shape of the belief about this model; all calls return the same
@@ -59,6 +61,8 @@ auto with_shape(const Model& model, const FreeCoordinates& coordinates, Visit vi
                                  size, AnyShape::kSize));
   if (states == PublishedShape::kStates && size == PublishedShape::kSize)
     return visit(PublishedShape{});
+  if (states <= CompletedShape::kStates && size <= CompletedShape::kSize)
+    return visit(CompletedShape{states, size});
   return visit(AnyShape{states, size});
 }
 

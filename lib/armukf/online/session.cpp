@@ -22,7 +22,8 @@ namespace {
 /// A runner of any filter of the registries.
 template <class... F>
 std::variant<Runner<F>...> runner_of(TypeList<F...>);
-using AnyRunner = decltype(runner_of(Filters<PublishedShape>() + Filters<AnyShape>()));
+using AnyRunner = decltype(runner_of(Filters<PublishedShape>() + Filters<CompletedShape>() +
+                                     Filters<AnyShape>()));
 
 AnyRunner make_runner(const Model& model, const FreeCoordinates& coordinates,
                       const EstimatorSettings& settings) {
