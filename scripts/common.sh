@@ -13,3 +13,11 @@ build() {
   cmake --preset "$preset" -Wno-dev --log-level=WARNING > /dev/null
   cmake --build --preset "$preset" ${*:+--target "$@"}
 }
+
+# packages SECTION...: the names in those sections of scripts/packages.
+packages() {
+  awk -v sections=" $* " '
+    { sub(/#.*/, "") }
+    /^\[/ { gsub(/[][[:space:]]/, ""); wanted = index(sections, " " $0 " "); next }
+    wanted && NF { print $1 }' scripts/packages
+}

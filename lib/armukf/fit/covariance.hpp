@@ -5,6 +5,9 @@
 
 namespace armukf {
 
+static_assert(EIGEN_DEFAULT_ALIGN_BYTES == 16,
+              "parts compiled for different processors free each other's matrices");
+
 /// A record's Jacobian: a row per residual, a column per variable.
 using JacobianMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 

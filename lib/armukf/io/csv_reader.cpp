@@ -27,7 +27,7 @@ std::string shown(std::string_view text) {
     while (!result.empty() && is_continued()) result.pop_back();  // keep whole UTF-8 characters
     result += "...";
   }
-  const auto is_control = [](char c) { return (c >= 0 && c < ' ') || c == 0x7F; };
+  const auto is_control = [](unsigned char c) { return c < ' ' || c == 0x7F; };
   std::replace_if(result.begin(), result.end(), is_control, '?');
   return result;
 }
