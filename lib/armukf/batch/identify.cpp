@@ -70,16 +70,17 @@ struct Spread {
 };
 
 Spread spread_at(const OutputError& error, const std::vector<double>& v, double huber_scale) {
-  OutputError::Evaluation at = error.evaluate(v.data());
+  const OutputError::Evaluation at = error.evaluate(v.data());
   if (!at.valid) {
     const int n = error.variables();
     const Eigen::MatrixXd unknown = Eigen::MatrixXd::Constant(n, n, kInfinite);
     return {unknown, unknown};
   }
-  soften(huber_scale, at.r, at.J);
-  const Eigen::MatrixXd information = inverse_information(at.J);
-  return {at.r.squaredNorm() / (error.measured() - error.variables()) * information,
-          coloured_covariance(at.J, at.r, information, error.stretches(), error.unknowns())};
+  const HuberScore score = huber_score(huber_scale, at.r, at.J, error.measured());
+  const Eigen::MatrixXd bread = inverse_information(score.inner);
+  const double freedom = error.measured() - error.variables();
+  return {score.psi.squaredNorm() / freedom / score.share * bread,
+          coloured_covariance(at.J, score.psi, bread, error.stretches(), error.unknowns())};
 }
 
 bool on_bound(const Parameter& p) {
