@@ -8,6 +8,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "armukf/core/error.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/report/estimate_report.hpp"
 #include "armukf/report/parameters_json.hpp"
@@ -125,6 +126,10 @@ FitSummary fit_summary(const Model& model, const std::vector<Record>& records,
                        const IdentifySettings& settings) {
   const auto begin = std::chrono::steady_clock::now();
   FitSummary summary{identify(model, records, settings)};
+  if (!std::isfinite(summary.identification.mse))
+    throw InputError(records.front().name, 0, "y",
+                     settings.starts > 1 ? "cannot be simulated from any of the start values"
+                                         : "cannot be simulated from the start values");
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   summary.seconds = taken.count();
   return summary;
