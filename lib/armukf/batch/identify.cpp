@@ -122,6 +122,7 @@ void report_experiments(const std::vector<Record>& records, const Propagation& p
     result.experiments.push_back({records[e].name, samples.front().t, samples.size(),
                                   simulation_fit(result.model, initial[e], samples, propagation)});
     all += error_sums(speeds_of(samples), result.experiments.back().fit.y);
+    add_free(result.experiments.back().fit.free, result.free);
   }
   result.fit_percent = fit_percent(all);
   result.mse = mean_square_error(all);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -48,7 +49,8 @@ struct Identification {
   SquareMatrix correlation;             // of the parameters' estimates, white residuals
   std::vector<Experiment> experiments;  // a piece of a record each
   double fit_percent = 0.0;             // over all experiments, each about its own mean
-  double mse = 0.0;                     // (rad/s)^2
+  double mse = 0.0;                     // (rad/s)^2; infinite where no start can be simulated
+  std::optional<ErrorSums> free;        // over all experiments, as in SimulationFit
   double fpe = 0.0;     // mse (1 + d/N) / (1 - d/N), d free variables, N measurements
   double aic = 0.0;     // N ln(mse) + N (ln(2 pi) + 1) + 2 d
   double bic = 0.0;     // the same with d ln(N)
