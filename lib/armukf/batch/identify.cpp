@@ -57,7 +57,8 @@ std::vector<Minimum> search_all(const Model& model, const std::vector<Record>& r
   for (int k = 0; k < std::max(1, settings.starts); ++k) {
     const Model start = k == 0 ? model : drawn(model, generator);
     const OutputError error(start, records, settings.initial, settings.propagation);
-    minima.push_back(search(error, error.variables_of_model(), kInfinite, limits));
+    minima.push_back(
+        search(error, error.variables_of_model(settings.first_states), kInfinite, limits));
   }
   std::ranges::stable_sort(minima, {}, &Minimum::cost);
   return minima;
@@ -140,10 +141,9 @@ void report_criteria(double measurements, double d, Identification& result) {
 
 /// Searches with Huber's loss from the model's values. Outliers may have spoilt the fit by squares,
 /// from which the first scale comes, so that the scale is taken again from what each search left.
-Minimum robust_search(const OutputError& error, Minimum found, const SearchLimits& limits,
-                      double& huber_scale) {
+Minimum robust_search(const OutputError& error, Variables variables, Minimum found,
+                      const SearchLimits& limits, double& huber_scale) {
   constexpr int kRounds = 3;  // the scale no longer changes after
-  Variables variables = error.variables_of_model();
   int iterations = 0;
   int evaluations = 0;
   for (int round = 0; round < kRounds; ++round) {
@@ -163,9 +163,13 @@ Minimum robust_search(const OutputError& error, Minimum found, const SearchLimit
 
 }  // namespace
 
-Identification identify(const Model& model, const std::vector<Record>& whole,
+Identification identify(const Model& model, const std::vector<Record>& records,
                         const IdentifySettings& settings) {
-  const std::vector<Record> records = split_at_gaps(whole, settings.longest_gap_s);
+  return identify_pieces(model, split_at_gaps(records, settings.longest_gap_s), settings);
+}
+
+Identification identify_pieces(const Model& model, const std::vector<Record>& records,
+                               const IdentifySettings& settings) {
   const OutputError error(model, records, settings.initial, settings.propagation);
   check_length(error, records);
   SearchLimits limits = limits_for(error);
@@ -175,11 +179,13 @@ Identification identify(const Model& model, const std::vector<Record>& whole,
 
   Identification result;
   result.starts = static_cast<int>(minima.size());
-  result.agreeing = static_cast<int>(std::ranges::count_if(
-      minima, [&](const Minimum& m) { return m.cost <= (1.0 + kSameMinimum) * best.cost; }));
+  result.agreeing = static_cast<int>(std::ranges::count_if(minima, [&](const Minimum& m) {
+    return std::isfinite(m.cost) && m.cost <= (1.0 + kSameMinimum) * best.cost;
+  }));
   result.huber_scale = kInfinite;
   if (settings.robust) {
-    best = robust_search(error, best, limits, result.huber_scale);
+    best = robust_search(error, error.variables_of_model(settings.first_states), best, limits,
+                         result.huber_scale);
     minima.push_back(best);
   }
   for (const Minimum& m : minima) {

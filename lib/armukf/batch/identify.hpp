@@ -23,6 +23,8 @@ struct IdentifySettings {
   bool robust = false;     // Huber's loss in place of squares
   int iterations = 100;    // at most, of one search
   double longest_gap_s = kLongestGapS;  // s; a record is cut at longer intervals
+  StatesOfPieces first_states;          // where the free initial states of each piece begin; what
+                                        // is left out is guessed
 };
 
 /// What was found about an unknown parameter.
@@ -69,5 +71,9 @@ struct Identification {
 /// where the records are too short for that many unknowns.
 Identification identify(const Model& model, const std::vector<Record>& records,
                         const IdentifySettings& settings);
+
+/// The same of records that are pieces without gaps already.
+Identification identify_pieces(const Model& model, const std::vector<Record>& pieces,
+                               const IdentifySettings& settings);
 
 }  // namespace armukf

@@ -36,6 +36,9 @@ struct InitialChoice {
   std::map<int, double> given;             // values of others
 };
 
+/// States at the first sample of each of several pieces, one per state of the model or fewer.
+using StatesOfPieces = std::vector<std::vector<double>>;
+
 /// The published procedure: the twists start at 0, the speeds are free, and of effects' states the
 /// speeds and the angles.
 InitialChoice published_choice(const Model& model);
