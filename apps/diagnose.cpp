@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "armukf/batch/simulation.hpp"
+#include "armukf/batch/pieces.hpp"
 #include "armukf/diagnosis/effect_torque.hpp"
 #include "armukf/diagnosis/spectrum.hpp"
 #include "armukf/diagnosis/trace.hpp"
@@ -47,12 +47,12 @@ Record cut_off_last(Record& record) {
   return last;
 }
 
-/// The validation record beside both models, and what the effects do in it.
-void write_rows(const std::string& path, const Record& record, const Diagnosis& diagnosis,
-                const Propagation& propagation) {
+/// The pieces of the validation record beside both models, and what the effects do in them.
+void write_rows(const std::string& path, const std::vector<Record>& pieces,
+                const Diagnosis& diagnosis, const Propagation& propagation) {
   const FittedModel& after = diagnosis.after_validation;
-  const std::vector<EffectTorque> torques = effect_torques(after, record, propagation);
-  const std::vector<double> angle = motor_angle(record.samples);
+  const std::vector<EffectTorque> torques = effect_torques(after, pieces, propagation);
+  const std::vector<double> angle = motor_angle(pieces);
   AtomicFile file(path);
   CsvWriter writer(file.descriptor(), file.name());
   std::vector<std::string> header{"t",          "u", "y", "residual_before", "residual_after",
@@ -61,15 +61,18 @@ void write_rows(const std::string& path, const Record& record, const Diagnosis& 
   for (const EffectTorque& torque : torques)
     header.push_back(fmt::format("{}_torque_at_{}", torque.effect, torque.mass));
   writer.row(header);
-  const auto states = simulate_states(after.model, after.x0, record.samples, propagation);
-  for (std::size_t k = 0; k < record.samples.size(); ++k) {
-    const Sample& s = record.samples[k];
-    for (const double value :
-         {s.t, s.u, s.y, diagnosis.base_validation.residual[k], after.residual[k], angle[k]})
-      writer.cell(value);
-    for (int i = 0; i < kArmStates; ++i) writer.cell(states[k][i]);
-    for (const EffectTorque& torque : torques) writer.cell(torque.values[k]);
-    writer.end_row();
+  std::size_t row = 0;
+  for (std::size_t e = 0; e < pieces.size(); ++e) {
+    const auto states = simulate_states(after.model, after.x0[e], pieces[e].samples, propagation);
+    for (std::size_t k = 0; k < states.size(); ++k, ++row) {
+      const Sample& s = pieces[e].samples[k];
+      for (const double value : {s.t, s.u, s.y, diagnosis.base_validation.residual[row],
+                                 after.residual[row], angle[row]})
+        writer.cell(value);
+      for (int i = 0; i < kArmStates; ++i) writer.cell(states[k][i]);
+      for (const EffectTorque& torque : torques) writer.cell(torque.values[row]);
+      writer.end_row();
+    }
   }
   writer.flush();
   file.commit();
@@ -79,6 +82,7 @@ void diagnose(DiagnoseOptions& o) {
   const auto begin = std::chrono::steady_clock::now();
   ModelFile start = chosen_model(o.model);
   o.settings.propagation = start.settings.propagation;
+  o.settings.longest_gap_s = start.settings.gate.longest_gap_s;
   Record estimation = read_record(o.input, o.columns);
   Record validation;
   if (o.validation.empty()) {
@@ -89,7 +93,7 @@ void diagnose(DiagnoseOptions& o) {
   StageProgress progress(o.report.quiet);
   DiagnosisSummary summary;
   summary.diagnosis =
-      trace(start.model, estimation, validation, o.settings,
+      trace(start.model, {estimation}, {validation}, o.settings,
             [&](std::string_view stage, double share) { progress.show(stage, share); });
   progress.wipe();
   summary.estimation = estimation.name;
@@ -97,7 +101,9 @@ void diagnose(DiagnoseOptions& o) {
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   summary.seconds = taken.count();
   write_report(o.report, diagnosis_text(summary), diagnosis_json(summary));
-  if (!o.rows.empty()) write_rows(o.rows, validation, summary.diagnosis, o.settings.propagation);
+  if (!o.rows.empty())
+    write_rows(o.rows, pieces_of({validation}, o.settings.longest_gap_s), summary.diagnosis,
+               o.settings.propagation);
   if (!o.save.empty())
     write_model_file(o.save, {with_fitted_spreads(summary.diagnosis.after), start.settings});
 }
@@ -111,7 +117,9 @@ void add_diagnose(CLI::App& program) {
       "FILE is fitted, the validation record only judges; without one the last 30 % of FILE do.\n"
       "Initial states are fitted on both. An effect is accepted where its score is beyond chance\n"
       "for residuals of any colour and as many candidates, and where it lowers the validation\n"
-      "error by more than chance with a size that both records agree on.");
+      "error by more than chance with a size that both records agree on. An effect of the motor's\n"
+      "angle is fitted over the measured angle; before and after then tell the free simulation "
+      "too.");
   const auto o = std::make_shared<DiagnoseOptions>();
   command.add_option("FILE", o->input, "the record to fit, as CSV; - is standard input")
       ->required();

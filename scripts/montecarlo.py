@@ -6,8 +6,9 @@
 Each run simulates a record and goes over it once. Arm 0 is the published one, others have parameters
 drawn about it. Settings: default, known (data/known_noise.toml with the record's noise put in), or a
 model file. Per filter and setting, for each parameter: bias and RMSE in percent of the truth, and how
-often the 90 % interval holds it (90 if the filter is honest). A run is lost if it ends unphysical, with a
-reset, or with a simulation fit below 80 %; lost runs count for nothing else.
+often the 90 % interval holds it (90 if the filter is honest). A run is lost if armukf fails, or if it ends
+unphysical, with a reset, or with a simulation fit below 80 %. The interval of a lost run holds nothing;
+bias and RMSE are those of the runs that are left.
 """
 
 import argparse
@@ -33,12 +34,17 @@ def run(item):
                                  item["disturbance"], truth)
         model = Path(folder, "model.toml")
         model.write_text(item["model"])
-        result = sweeps.armukf(item["program"], "estimate", record, "--model", model, "--filter",
-                               item["filter"])
+        try:
+            result = sweeps.armukf(item["program"], "estimate", record, "--model", model, "--filter",
+                                   item["filter"])
+        except sweeps.Failed:
+            return {"lost": True}
     fit = result["simulation"]["fit_percent"]
     parameters = {p: [result["parameters"][p]["value"], result["parameters"][p]["sd"]] for p in TRUTH}
-    lost = not sweeps.physical(result) or result["resets"] > 0 or fit is None or fit < LEAST_FIT
-    return {"lost": lost, "parameters": parameters, "nis": result["innovation"]["mean_nis"], "fit": fit}
+    nis = result["innovation"]["mean_nis"]
+    numbers = [nis, *itertools.chain(*parameters.values())]
+    lost = not (sweeps.physical(result) and sweeps.finite(numbers)) or result["resets"] > 0 or fit < LEAST_FIT
+    return {"lost": lost, "parameters": parameters, "nis": nis, "fit": fit}
 
 
 def summary(items, results):
@@ -47,9 +53,10 @@ def summary(items, results):
     table = {}
     for p in TRUTH:
         errors = [100 * (r["parameters"][p][0] / truth[p] - 1) for truth, r in runs]
-        inside = [abs(r["parameters"][p][0] - truth[p]) < 1.645 * r["parameters"][p][1] for truth, r in runs]
-        table[p] = {"bias_percent": statistics.mean(errors), "coverage_percent": 100 * statistics.mean(inside),
-                    "rmse_percent": math.sqrt(statistics.mean(e * e for e in errors))} if runs else {}
+        inside = sum(abs(r["parameters"][p][0] - truth[p]) < 1.645 * r["parameters"][p][1] for truth, r in runs)
+        table[p] = {"bias_percent": statistics.mean(errors) if runs else None,
+                    "coverage_percent": 100 * inside / len(results),
+                    "rmse_percent": math.sqrt(statistics.mean(e * e for e in errors)) if runs else None}
     return {"runs": len(results), "lost": len(results) - len(runs), "parameters": table,
             "mean_nis": statistics.mean(r["nis"] for _, r in runs) if runs else None,
             "fit_percent": statistics.mean(r["fit"] for _, r in runs) if runs else None}
@@ -60,9 +67,9 @@ def text_of(name, s):
         f", mean NIS {s['mean_nis']:.3f}, simulation fit {s['fit_percent']:.2f} %" if s["mean_nis"] else ""), "",
         "| parameter | bias % | RMSE % | 90 % interval holds the truth in % |", "|---|---|---|---|"]
     for p, e in s["parameters"].items():
-        if e:
-            lines.append(f"| {p} | {e['bias_percent']:+.2f} | {e['rmse_percent']:.2f} "
-                         f"| {e['coverage_percent']:.0f} |")
+        bias, rmse = (("-", "-") if e["bias_percent"] is None else
+                      (f"{e['bias_percent']:+.2f}", f"{e['rmse_percent']:.2f}"))
+        lines.append(f"| {p} | {bias} | {rmse} | {e['coverage_percent']:.0f} |")
     return "\n".join(lines) + "\n"
 
 

@@ -11,6 +11,7 @@ status 77). The program is build/release/bin/armukf, or --program. Exit status 1
 """
 
 import argparse
+import math
 import os
 import random
 import statistics
@@ -19,7 +20,7 @@ import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from sweeps import PROGRAM, ROOT, START, START_SPREAD, TRUTH, armukf, drawn_about, physical, simulate
+from sweeps import PROGRAM, ROOT, START, START_SPREAD, TRUTH, armukf, drawn_about, finite, physical, simulate
 
 # Batch estimate of the measured record, five initial states free.
 MEASURED_BATCH = {"a_m": 0.266, "a_g": 0.651, "k_g1": 19.99, "k_a": 11.4, "d_g": 0.0308}
@@ -43,12 +44,14 @@ def in_parallel(job, items):
 
 
 def errors_in_percent(results, name):
-    return [100 * abs(r["parameters"][name]["value"] / TRUTH[name] - 1) for r in results]
+    values = [r["parameters"][name]["value"] for r in results]
+    return [math.inf if v is None else 100 * abs(v / TRUTH[name] - 1) for v in values]
 
 
 def within(result, name, deviations):
+    """Whether the interval holds the truth; one of no number holds nothing."""
     p = result["parameters"][name]
-    return abs(p["value"] - TRUTH[name]) < deviations * p["sd"]
+    return finite([p["value"], p["sd"]]) and abs(p["value"] - TRUTH[name]) < deviations * p["sd"]
 
 
 def known_noise(options, checks):

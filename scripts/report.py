@@ -25,6 +25,7 @@ MEASURES = {"fit_percent": "simulation fit, %", "mse": "simulation MSE, (rad/s)Â
             "one_step_rmse": "one step ahead, RMSE, rad/s",
             "log_likelihood": "log-likelihood of the innovations",
             "ljung_box_p": "whiteness of the innovations, Ljung-Box p"}
+FREE_MEASURES = ("fit_percent", "mse")  # that a model with effects of the motor's angle has twice
 # Over what an effect's torque is drawn: what it depends on.
 OVER = {"gravity": "motor_angle", "torque_ripple": "motor_angle", "backlash": "twist_gear",
         "gear_hysteresis": "twist_gear", "arm_stiffness_cubic": "twist_arm",
@@ -119,9 +120,21 @@ def table(head, lines):
     return ("<table><tr>" + "".join(f"<th>{html.escape(h)}</th>" for h in head) + f"</tr>{rows}</table>")
 
 
+def figure_of(number):
+    return "â€“" if number is None else f"{number:.6g}"
+
+
 def measures(found):
-    lines = [(record, label, f"{found['before'][record][key]:.6g}", f"{found['after'][record][key]:.6g}")
-             for record in ("estimation", "validation") for key, label in MEASURES.items()]
+    lines = []
+    for record in ("estimation", "validation"):
+        before, after = (found[when][record] for when in ("before", "after"))
+        over = ", over the measured angle" if after.get("over_measured_angle") else ""
+        for key, label in MEASURES.items():
+            name = label + over * (key in FREE_MEASURES)
+            lines.append((record, name, figure_of(before[key]), figure_of(after[key])))
+        if over:
+            lines += [(record, f"free {MEASURES[key]}", figure_of(before["free"][key]), figure_of(after["free"][key]))
+                      for key in FREE_MEASURES]
     return table(("record", "", "before", "after"), lines)
 
 

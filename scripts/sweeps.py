@@ -15,6 +15,7 @@ import cloudpickle
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "build/release/bin/armukf"
+WRONG_INPUT = 2  # exit status of armukf
 
 # The published batch estimate, and how far apart random arms and start values lie: sd of the logarithm.
 TRUTH = {"a_m": 0.266479, "a_g": 0.647533, "k_g1": 20.0774, "k_g3": 24.178,
@@ -31,13 +32,18 @@ class Trouble(Exception):
     """What the user must know; the message says it."""
 
 
+class Failed(Trouble):
+    """armukf could not do what it was asked for, although it was asked rightly."""
+
+
 def armukf(program, *words):
-    """The JSON that a command prints."""
+    """The JSON that a command prints. Failed where it ended by a fault of its own or by a signal."""
     prints = [] if "--score" in words else ["--json", "-"]
     done = subprocess.run([str(program), *map(str, words), *prints, "--quiet"], capture_output=True,
                           text=True, check=False)
     if done.returncode != 0:
-        raise Trouble(done.stderr.strip() or f"{program}: exit status {done.returncode}")
+        kind = Trouble if done.returncode == WRONG_INPUT else Failed
+        raise kind(done.stderr.strip() or f"{program}: exit status {done.returncode}")
     return json.loads(done.stdout)
 
 
@@ -68,12 +74,17 @@ def random_arm(number, spread=0.2):
     return drawn_about(TRUTH, {p: min(spread, 0.1) if p == "a_g" else spread for p in TRUTH}, draw)
 
 
+def finite(numbers):
+    """Whether all of them are; JSON says null of one that is not."""
+    return all(v is not None and math.isfinite(v) for v in numbers)
+
+
 def physical(result):
     """Whether an estimate's parameters can be those of an arm, and be simulated."""
     p = {name: entry["value"] for name, entry in result["parameters"].items()}
-    numbers = [*p.values(), result["simulation"]["fit_percent"]]
-    finite = all(v is not None and math.isfinite(v) for v in numbers)
-    return finite and min(p.values()) >= 0 and p["a_m"] + p["a_g"] < 1
+    if not finite([*p.values(), result["simulation"]["fit_percent"]]):
+        return False
+    return min(p.values()) >= 0 and p["a_m"] + p["a_g"] < 1
 
 
 class Ledger:

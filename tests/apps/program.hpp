@@ -29,12 +29,14 @@ class Program : public testing::Test {
   }
   ~Program() override { std::filesystem::remove_all(folder_); }
 
-  /// `arguments` as typed into a shell.
-  Outcome run(const std::string& arguments) const {
-    const int status = std::system(fmt::format("cd '{}' && '{}' {} > out 2> err < /dev/null",
-                                               folder_.string(), ARMUKF_PROGRAM, arguments)
-                                       .c_str());
-    return {WEXITSTATUS(status), text("out"), text("err")};
+  /// `arguments` as typed into a shell; `before` the program stands what runs it.
+  Outcome run(const std::string& arguments, const std::string& output = "out",
+              const std::string& before = "") const {
+    const int status =
+        std::system(fmt::format("cd '{}' && {} '{}' {} > {} 2> err < /dev/null", folder_.string(),
+                                before, ARMUKF_PROGRAM, arguments, output)
+                        .c_str());
+    return {WEXITSTATUS(status), output == "out" ? text("out") : "", text("err")};
   }
 
   std::string text(const std::string& file) const {

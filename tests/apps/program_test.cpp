@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "armukf/io/csv_reader.hpp"
 
@@ -143,6 +146,131 @@ TEST_F(Program, FailedOutputIsStatusOneAndLeavesNothing) {
   EXPECT_EQ(full.error, "armukf: /dev/full: cannot write: No space left on device\n");
   expect_refused("simulate -o nowhere/a.csv --samples 200",
                  "nowhere/a.csv: cannot open for writing: No such file or directory");
+}
+
+TEST_F(Program, FullDiskIsStatusOneAndOneLineForEveryCommand) {
+  run("simulate -o a.csv --samples 1200 --sensor-noise 0.1");
+  std::vector<std::string> all{"a.csv",
+                               "a.csv --json -",
+                               "a.csv --score",
+                               "smooth a.csv",
+                               "smooth a.csv --json -",
+                               "simulate -o - --samples 200 --experiment validation3",
+                               "fit a.csv --iterations 1",
+                               "fit a.csv --iterations 1 --json -",
+                               "evaluate a.csv",
+                               "compare a.csv"};
+  for (const char* command :
+       {"", "estimate", "simulate", "fit", "evaluate", "compare", "diagnose", "smooth"})
+    for (const char* wish : {"--help", "--version"})
+      all.push_back(fmt::format("{} {}", command, wish));
+  run("simulate -o b.csv --samples 3400 --sensor-noise 0.1");
+  all.emplace_back("diagnose b.csv");
+  for (const std::string& arguments : all) {
+    const Outcome full = run(arguments, "/dev/full");
+    EXPECT_EQ(full.status, 1) << arguments;
+    // What else is said on standard error comes before.
+    const auto last = full.error.rfind('\n', full.error.size() - 2) + 1;
+    EXPECT_NE(full.error.find("<stdout>: cannot write", last), std::string::npos)
+        << arguments << ": " << full.error;
+  }
+  for (const char* arguments :
+       {"a.csv --quiet", "a.csv --quiet --json -", "smooth a.csv --quiet", "--help", "--version",
+        "evaluate a.csv --quiet --json -", "fit a.csv --iterations 1 --quiet --json -"}) {
+    const Outcome full = run(arguments, "/dev/full");
+    EXPECT_EQ(full.status, 1) << arguments;
+    EXPECT_EQ(std::ranges::count(full.error, '\n'), 1) << arguments << ": " << full.error;
+  }
+}
+
+TEST_F(Program, WhatCannotBeSimulatedIsSaidAndIsNoNumber) {
+  const std::string stiff =
+      fmt::format("evaluate {}/short_record.csv --set k_g1=1e13", ARMUKF_DATA);
+  const Outcome text = run(stiff);
+  EXPECT_EQ(text.status, 0) << text.error;
+  EXPECT_NE(text.output.find("2000 samples, cannot be simulated with these values\n"),
+            std::string::npos)
+      << text.output;
+  const Outcome json = run(stiff + " --json -");
+  EXPECT_EQ(json.status, 0) << json.error;
+  const auto experiment = nlohmann::json::parse(json.output)["experiments"][0];  // no nan, no inf
+  EXPECT_TRUE(experiment["mse"].is_null());
+  EXPECT_TRUE(experiment["fit_percent"].is_null());
+  const std::string fit = fmt::format("fit {}/short_record.csv --set k_g1=1e13", ARMUKF_DATA);
+  expect_refused(fit,
+                 fmt::format("{}/short_record.csv: y: cannot be simulated from the start values",
+                             ARMUKF_DATA));
+  expect_refused(fit + " --starts 2",
+                 fmt::format("{}/short_record.csv: y: cannot be simulated from any of the start "
+                             "values",
+                             ARMUKF_DATA));
+}
+
+TEST_F(Program, ScoreSavesTheModelThatItEndsWith) {
+  run("simulate -o a.csv --samples 1200 --sensor-noise 0.1");
+  ASSERT_EQ(run("a.csv --score --save scored.toml").status, 0);
+  ASSERT_EQ(run("a.csv --json - --save estimated.toml").status, 0);
+  EXPECT_NE(text("scored.toml"), "");
+  EXPECT_EQ(text("scored.toml"), text("estimated.toml"));
+}
+
+TEST_F(Program, InterruptInAnEarlyPassEndsWellWithWhatItHas) {
+  run("simulate -o a.csv --samples 3000 --sensor-noise 0.1");
+  const Outcome stopped = run("a.csv --passes 1000 --save early.toml --json early.json", "out",
+                              "timeout --preserve-status --signal=INT --kill-after=100 2");
+  EXPECT_EQ(stopped.status, 0) << stopped.error;
+  EXPECT_EQ(stopped.output, "");  // rows are those of the last pass
+  EXPECT_GT(nlohmann::json::parse(text("early.json"))["samples"], 0);
+  EXPECT_EQ(run("evaluate a.csv --model early.toml").status, 0);
+}
+
+TEST_F(Program, EffectMayBeThereTwiceAndIsSavedTwice) {
+  ASSERT_EQ(run("simulate -o a.csv --samples 1200 --effect torque_ripple --effect torque_ripple:2 "
+                "--set torque_ripple_2=0.4 --set torque_ripple_harmonic_2=9 --save two.toml")
+                .status,
+            0);
+  const Outcome again = run("simulate -o b.csv --samples 1200 --model two.toml --save again.toml");
+  ASSERT_EQ(again.status, 0) << again.error;
+  EXPECT_EQ(text("again.toml"), text("two.toml"));
+  const auto rows = [&](const char* file) { return text(file).substr(text(file).find("\nt,u,y")); };
+  EXPECT_EQ(rows("a.csv"), rows("b.csv"));
+}
+
+TEST_F(Program, SimulationsOverTheMeasuredAngleAreCalledSoAndToldBesideFreeOnes) {
+  run("simulate -o a.csv --samples 2000 --sensor-noise 0.1 --torque-disturbance 0.5 --effect "
+      "torque_ripple --set torque_ripple=1 --set torque_ripple_harmonic=7 --save angle.toml");
+  const auto expect_both = [](const nlohmann::json& figures) {
+    EXPECT_EQ(figures["over_measured_angle"], true);
+    EXPECT_NE(figures["free"]["mse"].get<double>(), figures["mse"].get<double>());
+    EXPECT_NE(figures["free"]["fit_percent"].get<double>(), figures["fit_percent"].get<double>());
+  };
+  const auto expect_one = [](const nlohmann::json& figures) {
+    EXPECT_EQ(figures["over_measured_angle"], false);
+    EXPECT_FALSE(figures.contains("free"));
+  };
+  for (const bool angle : {true, false}) {
+    const std::string model = angle ? " --model angle.toml" : "";
+    const auto result = [&](const std::string& command) {
+      return nlohmann::json::parse(run(command + " a.csv --json -" + model).output);
+    };
+    const auto expect = [&](const nlohmann::json& figures) {
+      angle ? expect_both(figures) : expect_one(figures);
+    };
+    const nlohmann::json fit = result("fit --iterations 2");
+    expect(fit);
+    expect(fit["experiments"][0]);
+    expect(result("evaluate")["experiments"][0]);
+    expect(result("estimate")["simulation"]);
+    const nlohmann::json both = result("compare");
+    expect(both["recursive"]["simulation"]);
+    expect(both["batch_simulation"]);
+    for (const char* command : {"fit --iterations 2", "evaluate", "estimate", "compare"}) {
+      const Outcome said = run(fmt::format("{} a.csv{}", command, model));
+      const std::string text = command == std::string("estimate") ? said.error : said.output;
+      EXPECT_EQ(text.find("over the measured angle") != std::string::npos, angle) << text;
+      EXPECT_EQ(text.find("free") != std::string::npos, angle) << text;
+    }
+  }
 }
 
 }  // namespace

@@ -61,6 +61,49 @@ TEST(Evaluate, OneStepErrorsOfTheTrueModelAreWhite) {
   EXPECT_LE(found.residual.autocorrelation_outside, 5);
 }
 
+/// A record of the arm with torque ripple.
+Model rippled() {
+  Model model = published_estimate();
+  model.add_effect("torque_ripple");
+  model.parameter("torque_ripple").value = 1.0;
+  model.parameter("torque_ripple_harmonic").value = 7.0;
+  return model;
+}
+
+TEST(Evaluate, TellsTheFreeSimulationBesideOneOverTheMeasuredAngle) {
+  ExperimentSettings settings;
+  settings.samples = 3000;
+  settings.sensor_noise = 0.05;
+  settings.torque_disturbance = 0.5;
+  const Model model = rippled();
+  const Record record = simulate_experiment(model, settings).record;
+  EvaluateSettings whole = ahead(std::nullopt);
+  whole.initial = all_free(model);
+  const SimulationFit over = evaluated(model, record.samples, whole).experiment.fit;
+  ASSERT_TRUE(over.free);
+  EXPECT_EQ(over.free->count, 3000U);
+  EXPECT_NE(mean_square_error(*over.free), over.mse);
+  const ClosingSimulation closing = closing_simulation(model, record.samples, {});
+  ASSERT_TRUE(closing.free);
+  EXPECT_NE(mean_square_error(*closing.free), closing.mse);
+  // Predictions see y in any case; a bare arm has no angle.
+  whole.horizon = 10;
+  EXPECT_FALSE(evaluated(model, record.samples, whole).experiment.fit.free);
+  EXPECT_FALSE(
+      evaluated(published_estimate(), record.samples, ahead(std::nullopt)).experiment.fit.free);
+  EXPECT_FALSE(closing_simulation(published_estimate(), record.samples, {}).free);
+}
+
+TEST(PredictAhead, SeesNoAngleBeforeTheFirstMeasurementCounts) {
+  const Model model = rippled();
+  std::vector<Sample> samples = experiment(0.05, 0.0).samples;
+  std::vector<double> x0(model.states.size(), 1.0);
+  const Prediction found = predict_ahead(model, x0, samples, {}, 100);
+  for (int k = 1; k < 100; ++k) samples[k].y += 50.0;
+  const Prediction other = predict_ahead(model, x0, samples, {}, 100);
+  for (int k = 0; k < 100; ++k) EXPECT_EQ(found.y[k], other.y[k]) << k;
+}
+
 TEST(PredictAhead, FindsTheSensorsNoise) {
   const std::vector<Sample> samples = experiment(0.05, 0.0).samples;
   const Model model = published_estimate();

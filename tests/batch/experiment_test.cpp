@@ -91,6 +91,26 @@ TEST(Experiment, StatesOfEffectsMoveWithTheArm) {
   for (std::size_t n = 0; n < y.size(); ++n) ASSERT_NEAR(y[n], record.samples[n].y, 1e-6) << n;
 }
 
+TEST(Experiment, WarmsUpFromTheBeginningOfTheRecord) {
+  // During the run-in, of which nobody is told, the arm is as cold as at the first sample.
+  Model model = published_estimate();
+  model.add_effect("thermal_friction");
+  model.parameter("thermal_friction").value = 0.5;
+  model.parameter("thermal_friction_time").value = 0.5;
+  const SimulatedExperiment warming = simulate_experiment(model, settings_of(kEstimation));
+  const SimulatedExperiment cold =
+      simulate_experiment(published_estimate(), settings_of(kEstimation));
+  for (int i = 0; i < kArmStates; ++i)
+    EXPECT_NEAR(warming.states[0][i], cold.states[0][i], 1e-9) << i;
+  const auto effort = [](const SimulatedExperiment& e, int from) {
+    double sum = 0.0;
+    for (int n = from; n < from + 400; ++n) sum += std::pow(e.record.samples[n].u, 2);
+    return sum;
+  };
+  EXPECT_NEAR(effort(warming, 0) / effort(cold, 0), 1.0, 0.1);
+  EXPECT_GT(effort(warming, 3600), 1.02 * effort(cold, 3600));
+}
+
 TEST(Experiment, SpeedFollowsTheReference) {
   const ExperimentSettings settings = settings_of(kValidation3, 20000);
   const std::vector<double> reference =

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "armukf/batch/experiment.hpp"
+#include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
 
 namespace armukf {
@@ -108,6 +109,24 @@ TEST(Identify, DrawnStartsAreTheSameForTheSameSeed) {
   EXPECT_EQ(first.mse, again.mse);
   EXPECT_EQ(first.starts, 3);
   EXPECT_GE(first.agreeing, 1);
+}
+
+TEST(Identify, StartThatCannotBeSimulatedNeverWins) {
+  Model model = published_arm();
+  model.parameter("k_g1").value = 1e7;  // the step takes no more than some 1e5
+  model.parameter("k_g1").spread = 8.0;
+  IdentifySettings settings = free_states();
+  settings.starts = 12;
+  settings.iterations = 2;
+  const std::vector<Record> records{experiment(500, 0.05)};
+  const Identification found = identify(model, records, settings);
+  EXPECT_LT(found.mse, kInfinite);
+  EXPECT_LT(found.agreeing, 12);
+  settings.starts = 1;
+  const Identification none = identify(model, records, settings);
+  EXPECT_EQ(none.mse, kInfinite);
+  EXPECT_EQ(none.agreeing, 0);
+  EXPECT_EQ(none.termination, "the start cannot be simulated");
 }
 
 TEST(Identify, CriteriaFollowFromTheMeanSquareError) {

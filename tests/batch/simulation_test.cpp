@@ -168,6 +168,35 @@ TEST(Simulate, DoesNotDependOnHowTheTimeIsCut) {
   for (std::size_t k = 0; k < coarse.size(); ++k) EXPECT_NEAR(y_coarse[k], y_fine[2 * k], 1e-9);
 }
 
+TEST(Simulate, FollowsTheMeasuredAngleOrItsOwn) {
+  Model model = with_effect("torque_ripple");
+  model.parameter("torque_ripple").value = 2.0;
+  model.parameter("torque_ripple_harmonic").value = 7.0;
+  std::vector<Sample> samples = sines(2000);
+  const std::vector<double> x0 = start_of(model);
+  const std::vector<double> free = simulate(model, x0, samples, {}, Angles::kSimulated);
+  const std::vector<double> measured = simulate(model, x0, samples, {});
+  double apart = 0.0;
+  for (std::size_t k = 0; k < free.size(); ++k) apart += std::abs(free[k] - measured[k]);
+  EXPECT_GT(apart / static_cast<double>(free.size()), 0.1);
+  // y does not reach the free simulation. Where y is the free simulation, the angles are the same
+  // but for the rule that adds the measured speeds up: (7 rad/s 5e-4 s)^2 / 12 of them.
+  for (std::size_t k = 0; k < free.size(); ++k) samples[k].y = free[k];
+  EXPECT_EQ(simulate(model, x0, samples, {}, Angles::kSimulated), free);
+  const std::vector<double> own = simulate(model, x0, samples, {});
+  for (std::size_t k = 0; k < free.size(); ++k) EXPECT_NEAR(own[k], free[k], 1e-2) << k;
+}
+
+TEST(Simulate, OfAModelWithoutAnAngleIsFreeAnyhow) {
+  for (const std::string_view name : effect_names()) {
+    const Model model = with_effect(name);
+    const bool same = simulate(model, start_of(model), sines(200), {}) ==
+                      simulate(model, start_of(model), sines(200), {}, Angles::kSimulated);
+    EXPECT_EQ(same, !model.has_angle()) << name;
+  }
+  EXPECT_FALSE(published_estimate().has_angle());
+}
+
 /// The model's own simulation as a record.
 std::vector<Sample> measured_by(const Model& model, std::vector<Sample> samples) {
   const std::vector<double> y = simulate(model, start_of(model), samples, {});

@@ -10,6 +10,7 @@
 #include "armukf/batch/simulation.hpp"
 #include "armukf/batch/slow_motion.hpp"
 #include "armukf/core/error.hpp"
+#include "armukf/diagnosis/base_fit.hpp"
 #include "armukf/model/resonances.hpp"
 
 namespace armukf {
@@ -101,6 +102,35 @@ TEST(FrequencyStart, RefusesARecordThatExcitesNothing) {
   EXPECT_TRUE(refusal([&] {
                 from_frequency_response(published_arm(), record, {});
               }).starts_with("still.csv: u: excites 0 frequencies"));
+}
+
+TEST(FrequencyStart, RefusesAModelThatCannotBeSimulatedWhereverItStarts) {
+  Record record = experiment(published_estimate(), ExperimentKind::kEstimation, 6000);
+  record.name = "run.csv";
+  Model model = published_arm();
+  model.parameter("Fv").value = 1e9;  // known, and far too much for the step
+  EXPECT_EQ(refusal([&] { from_frequency_response(model, record, {}); }),
+            "run.csv: y: cannot be simulated with any values that its frequency response suggests");
+}
+
+TEST(SlowMotion, RefusesAModelThatCannotBeSimulatedWhereverItStarts) {
+  Record record = experiment(published_estimate(), ExperimentKind::kValidation3, 4000);
+  record.name = "slow.csv";
+  Model model = published_arm();
+  model.parameter("k_g1").value = 1e13;
+  EXPECT_EQ(refusal([&] { from_slow_motion(model, record, {}); }),
+            "slow.csv: y: cannot be simulated with the model's other values");
+}
+
+TEST(BaseFit, DoesNotBeginWhereItCannotBeSimulated) {
+  const std::vector<Record> pieces{
+      experiment(published_estimate(), ExperimentKind::kEstimation, 6000)};
+  Model model = published_arm();
+  model.parameter("k_a").value =
+      1e13;  // so is it in the soft start; the third finds one of its own
+  const BaseFit found = base_fit(model, pieces, {});
+  EXPECT_LT(found.best.mse, 0.01);
+  EXPECT_EQ(found.agreeing, 1);
 }
 
 TEST(SlowMotion, TellsFrictionAndInertiaWhateverTheyWereTakenFor) {

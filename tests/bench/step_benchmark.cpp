@@ -96,7 +96,7 @@ void step(benchmark::State& state, const Model& model) {
   const std::size_t before = allocations;
   for (auto _ : state) {
     const Sample& s = record[k];
-    if (!engine.predict(s.t, kStep, s.u)) state.SkipWithError("numbers went wrong");
+    if (!engine.predict({s.t, s.t}, kStep, s.u)) state.SkipWithError("numbers went wrong");
     engine.update(engine.innovation(s.y), s.t + kStep);
     k = (k + 1) % record.size();
   }

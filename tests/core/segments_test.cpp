@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "armukf/batch/pieces.hpp"
+
 namespace armukf {
 namespace {
 
@@ -19,6 +23,42 @@ TEST(SplitAtGaps, CutsWhereTheTorqueIsUnknown) {
   EXPECT_EQ(pieces[1].samples.front().t, 0.1);
   EXPECT_EQ(pieces[2].samples.size(), 1U);
   EXPECT_EQ(pieces[2].name, "run.csv");
+}
+
+TEST(PiecesOf, LeavesOutWhatTellsNothing) {
+  Record record = at_times({});
+  for (int k = 0; k < 300; ++k) record.samples.push_back({0.001 * k + (k < 10 ? 0.0 : 1.7e9)});
+  record.samples[200].y = std::nan("");
+  const std::vector<Record> pieces = pieces_of({record});
+  ASSERT_EQ(pieces.size(), 1U);
+  EXPECT_EQ(pieces[0].samples.size(), 290U);
+  for (Sample& sample : record.samples) sample.y = std::nan("");
+  EXPECT_TRUE(pieces_of({record}).empty());
+}
+
+TEST(TimesOf, KeepGapsAndLeaveOutJumpsOfTheClock) {
+  std::vector<Record> pieces(3);
+  for (int k = 0; k < 100; ++k) {
+    pieces[0].samples.push_back({5.0 + 0.01 * k});
+    pieces[1].samples.push_back({6.5 + 0.01 * k});
+    pieces[2].samples.push_back({1.7e9 + 0.01 * k});
+  }
+  const std::vector<double> times = times_of(pieces);
+  ASSERT_EQ(times.size(), 300U);
+  EXPECT_EQ(times[0], 0.0);
+  EXPECT_NEAR(times[100], 1.5, 1e-12);
+  EXPECT_NEAR(times[200], times[199], 1e-6);  // 1.7e9 s are known to 2e-7 s
+  EXPECT_NEAR(times[299] - times[200], 0.99, 1e-6);
+}
+
+TEST(StretchesOf, CountWhatIsLeftOfEachPiece) {
+  const std::vector<Record> pieces{at_times({0, 1, 2}), at_times({5, 6}), at_times({9, 10})};
+  const std::vector<Stretch> stretches = stretches_of(pieces, {0, 2, 5, 6});
+  ASSERT_EQ(stretches.size(), 2U);
+  EXPECT_EQ(stretches[0].first, 0);
+  EXPECT_EQ(stretches[0].count, 2);
+  EXPECT_EQ(stretches[1].first, 2);
+  EXPECT_EQ(stretches[1].count, 2);
 }
 
 TEST(SplitAtGaps, LeavesAnUnevenRecordWhole) {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "armukf/batch/experiment.hpp"
+#include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/diagnosis/effect_torque.hpp"
 
@@ -23,17 +24,26 @@ Record record_of(const Model& model, ExperimentKind kind, int samples = 8000) {
 }
 
 Diagnosis diagnosis_of(const Model& truth) {
-  return trace(published_arm(), record_of(truth, ExperimentKind::kEstimation),
-               record_of(truth, ExperimentKind::kValidation1), {});
+  return trace(published_arm(), {record_of(truth, ExperimentKind::kEstimation)},
+               {record_of(truth, ExperimentKind::kValidation1)}, {});
 }
 
 std::string refusal(const Record& estimation, const Record& validation) {
   try {
-    trace(published_arm(), estimation, validation, {});
+    trace(published_arm(), {estimation}, {validation}, {});
   } catch (const InputError& error) {
     return error.what();
   }
   return "";
+}
+
+void expect_accepted_are_effects(const Diagnosis& diagnosis) {
+  std::vector<std::string> accepted;
+  for (const Candidate& candidate : diagnosis.candidates)
+    if (candidate.accepted) accepted.push_back(candidate.effect);
+  std::vector<std::string> effects;
+  for (const FoundEffect& effect : diagnosis.effects) effects.push_back(effect.effect);
+  EXPECT_EQ(accepted, effects);
 }
 
 TEST(Trace, FindsNothingWhereNothingIsMissing) {
@@ -41,6 +51,7 @@ TEST(Trace, FindsNothingWhereNothingIsMissing) {
   EXPECT_EQ(diagnosis.verdict, Verdict::kSufficient);
   EXPECT_TRUE(diagnosis.effects.empty());
   EXPECT_GE(diagnosis.base.agreeing, 2);
+  EXPECT_FALSE(diagnosis.after_estimation.free);
 }
 
 TEST(Trace, AddsTheEffectThatIsThereAndEndsAtTheNoise) {
@@ -51,13 +62,14 @@ TEST(Trace, AddsTheEffectThatIsThereAndEndsAtTheNoise) {
   ASSERT_EQ(diagnosis.effects.size(), 1U);
   EXPECT_EQ(diagnosis.effects[0].effect, "gear_damping_quadratic");
   EXPECT_EQ(diagnosis.verdict, Verdict::kFound);
+  expect_accepted_are_effects(diagnosis);
   EXPECT_NEAR(diagnosis.after.model.parameter("gear_damping_quadratic").value, 0.004, 0.0008);
   EXPECT_NEAR(diagnosis.after_validation_measures.mse, 0.01, 0.001);  // the sensor's noise
   EXPECT_GT(diagnosis.before_validation.mse, diagnosis.after_validation_measures.mse);
   EXPECT_GT(diagnosis.after_validation_measures.log_likelihood,
             diagnosis.before_validation.log_likelihood);
   const auto torques = effect_torques(diagnosis.after_validation,
-                                      record_of(truth, ExperimentKind::kValidation1), {});
+                                      {record_of(truth, ExperimentKind::kValidation1)}, {});
   ASSERT_EQ(torques.size(), 1U);
   EXPECT_GT(std::ranges::max(torques[0].values), 0.0);
 }
@@ -70,6 +82,7 @@ TEST(Trace, FindsTwoEffects) {
   truth.parameter("mode_motor_frequency").value = 30.0;
   truth.parameter("torque_bias").value = 0.05;
   const Diagnosis diagnosis = diagnosis_of(truth);
+  expect_accepted_are_effects(diagnosis);
   for (const char* name : {"flexible_mode_motor", "torque_bias"})
     EXPECT_TRUE(std::ranges::any_of(diagnosis.effects, [&](const FoundEffect& found) {
       return found.effect == name ||
@@ -86,14 +99,66 @@ TEST(Trace, DoesNotTakeAPeriodicSourceForAFlexibleMode) {
       sample.u -= 0.1 * std::sin(2.0 * std::numbers::pi * 7.0 * sample.t);
     return record;
   };
-  const Diagnosis diagnosis = trace(published_arm(), disturbed(ExperimentKind::kEstimation),
-                                    disturbed(ExperimentKind::kValidation1), {});
+  const Diagnosis diagnosis = trace(published_arm(), {disturbed(ExperimentKind::kEstimation)},
+                                    {disturbed(ExperimentKind::kValidation1)}, {});
   EXPECT_TRUE(std::ranges::none_of(diagnosis.effects, [](const FoundEffect& found) {
     return found.effect.starts_with("flexible_mode");
   }));
   EXPECT_TRUE(std::ranges::any_of(diagnosis.unexplained, [](const std::string& text) {
     return text.starts_with("a periodic torque at 7.0");
   }));
+}
+
+/// The record without three parts of it, and with its clock set once.
+Record with_gaps(const Record& record) {
+  Record left{record.name, {}};
+  for (std::size_t k = 0; k < record.samples.size(); ++k) {
+    const bool lost = (k >= 1500 && k < 1800) || (k >= 3000 && k < 3500) || (k >= 5000 && k < 5200);
+    if (lost) continue;
+    left.samples.push_back(record.samples[k]);
+    if (k >= 5200) left.samples.back().t += 1.7e9;
+  }
+  return left;
+}
+
+TEST(Trace, TakesEachPieceBetweenGapsForItself) {
+  Model truth = published_estimate();
+  truth.add_effect("torque_ripple");
+  truth.parameter("torque_ripple").value = 0.2;
+  truth.parameter("torque_ripple_harmonic").value = 5.0;
+  const std::vector<Record> estimation{with_gaps(record_of(truth, ExperimentKind::kEstimation))};
+  const std::vector<Record> validation{with_gaps(record_of(truth, ExperimentKind::kValidation1))};
+  const Diagnosis diagnosis = trace(published_arm(), estimation, validation, {});
+  EXPECT_EQ(diagnosis.base.best.x0.size(), 4U);
+  EXPECT_EQ(diagnosis.base.best.residual.size(), 7000U);
+  ASSERT_EQ(diagnosis.effects.size(), 1U);
+  EXPECT_EQ(diagnosis.effects[0].effect, "torque_ripple");
+  expect_accepted_are_effects(diagnosis);
+  EXPECT_NEAR(std::abs(diagnosis.after.model.parameter("torque_ripple").value), 0.2, 0.02);
+  for (const Measures& m : {diagnosis.after_estimation, diagnosis.after_validation_measures}) {
+    EXPECT_NEAR(m.mse, 0.01, 0.001);  // the sensor's noise
+    EXPECT_TRUE(std::isfinite(m.log_likelihood));
+    EXPECT_TRUE(std::isfinite(m.ljung_box_p));
+  }
+  // The effect follows the measured angle, so that before and after tell the free simulation too.
+  for (const Measures& m : {diagnosis.before_estimation, diagnosis.before_validation,
+                            diagnosis.after_estimation, diagnosis.after_validation_measures}) {
+    ASSERT_TRUE(m.free);
+    EXPECT_EQ(m.free->count, 7000U);
+  }
+  EXPECT_DOUBLE_EQ(mean_square_error(*diagnosis.before_validation.free),
+                   diagnosis.before_validation.mse);
+  EXPECT_NE(mean_square_error(*diagnosis.after_validation_measures.free),
+            diagnosis.after_validation_measures.mse);
+}
+
+TEST(DoesAsWell, IsNeverSaidOfWhatRunsAway) {
+  EXPECT_TRUE(does_as_well(1.0, 1.0, 0.0));
+  EXPECT_TRUE(does_as_well(1.009, 1.0, 0.01));
+  EXPECT_FALSE(does_as_well(1.02, 1.0, 0.01));
+  EXPECT_FALSE(does_as_well(kNaN, 1.0, 0.01));
+  EXPECT_FALSE(does_as_well(kInfinite, 1.0, 0.01));
+  EXPECT_FALSE(does_as_well(kInfinite, kInfinite, 0.01));
 }
 
 TEST(Trace, RefusesRecordsThatCannotTell) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "armukf/core/dual.hpp"
+#include "armukf/core/error.hpp"
 #include "armukf/model/dynamics.hpp"
 #include "armukf/model/model.hpp"
 
@@ -235,6 +236,28 @@ TEST(FlexibleMode, LeavesTheWholeInertiaAsItIs) {
                  part("arm") / c.arm_mobility);
     EXPECT_NEAR(momentum_rate, 4.0 - friction(c, x[kSpeedMotor]), 1e-10) << site;
   }
+}
+
+TEST(Effects, TogetherLeaveEveryMassItsInertia) {
+  Model model = published_estimate();
+  model.add_effect("payload_change");
+  model.add_effect("flexible_mode_arm");
+  model.parameter("payload").value = -0.5;
+  model.parameter("mode_arm_share").value = 0.45;
+  EXPECT_NO_THROW(model.check());
+  model.parameter("mode_arm_share").value = 0.55;  // each within its bounds
+  EXPECT_FALSE(model.is_physical(model.values()));
+  try {
+    model.check();
+    FAIL() << "taken";
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(),
+                 "payload: together with the shares of flexible modes it leaves a mass no inertia");
+  }
+  // A load that is taken up later leaves the arm as it was until then, and no search may go there.
+  model.parameter("payload").value = -0.9;
+  model.parameter("payload_time").value = 5.0;
+  EXPECT_FALSE(model.is_physical(model.values()));
 }
 
 TEST(Lags, HoldTheirTimeConstantAgainstASlowRamp) {

@@ -1,5 +1,6 @@
 #include "armukf/online/session.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -188,6 +189,58 @@ TEST_P(Filter, WorksWithEveryEffectAndEveryUnknown) {
   }
 }
 
+void expect_sound(const Belief& belief, const std::string& what) {
+  for (const double value : belief.values) EXPECT_TRUE(std::isfinite(value)) << what;
+  for (const double sd : belief.deviations) EXPECT_TRUE(std::isfinite(sd) && sd > 0.0) << what;
+}
+
+TEST_P(Filter, StaysSoundWhateverASampleHolds) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  const Belief before = run(session_, samples_);
+  const Sample last = samples_.back();
+  const auto after = [&](double dt, double u, double y) {
+    const Belief belief = step(session_, {last.t + dt, u, y});
+    expect_sound(belief, fmt::format("dt {}, u {}, y {}", dt, u, y));
+    return belief;
+  };
+  // Whose time cannot be: passed over, and the belief is the last one's to the last bit.
+  for (const double dt : {0.0, -5e-4, -1e9, kNaN, kInfinite, -kInfinite}) {
+    const Belief belief = after(dt, last.u, last.y);
+    EXPECT_EQ(belief.status, Status::kRejected) << dt;
+    EXPECT_EQ(belief.values, before.values) << dt;
+  }
+  double dt = 0.0;
+  for (const double y : {kInfinite, -kInfinite, 1e300, -1e300})
+    EXPECT_EQ(after(dt += 5e-4, last.u, y).status, Status::kRejected) << y;
+  for (const double u : {kInfinite, -kInfinite, kNaN}) after(dt += 5e-4, u, last.y);
+  after(dt += 5e-4, 1e300, last.y);  // and is held
+  for (int k = 0; k < 100; ++k) after(dt += 5e-4, last.u, last.y);
+}
+
+TEST_P(Filter, StaysSoundWithNextToNoNoise) {
+  // Where the sensor's variance is below the rounding of the belief's, an update may leave a
+  // negative variance behind, with which the next innovation would pass any gate.
+  settings_.noise.model_error = {.start = 0.0, .least = 0.0, .gain = 0.0, .time_s = 0.3};
+  settings_.noise.torque = {0.0, 0.0, 0.0};
+  settings_.noise.parameter_walk = {.start = 0.0, .floor = 0.0, .time_s = 1.0};
+  const std::vector<Sample> samples = record(1000);
+  for (const auto& [sensor, gate] : {std::pair{1e-6, 25.0}, {1e-12, 25.0}, {1e-6, 1e300}}) {
+    SCOPED_TRACE(fmt::format("sensor {} rad/s, gate {}", sensor, gate));
+    settings_.noise.sensor = sensor;
+    settings_.gate.nis = gate;  // wide open, everything goes into the belief
+    Session session(published_arm(), settings_);
+    for (const Sample& sample : samples) {
+      const Estimate e = session.step(sample);
+      for (const double value : e.values) ASSERT_TRUE(std::isfinite(value)) << sample.t;
+      for (const double sd : e.deviations) ASSERT_TRUE(std::isfinite(sd) && sd > 0.0) << sample.t;
+      ASSERT_TRUE(e.innovation_sd > 0.0) << sample.t;
+      ASSERT_LT(e.values[5] + e.values[6], 1.0);
+      const double fastest = gate < 1e6 ? 100.0 : kRunawaySpeed;
+      ASSERT_LT(std::abs(e.values[kSpeedMotor]), fastest) << sample.t;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(EveryFilter, Filter, ::testing::ValuesIn(filter_names()),
                          [](const auto& test) { return test.param; });
 
@@ -226,6 +279,85 @@ TEST(AdaptiveFilter, FindsTheSizeOfTheNoise) {
     // 6000 samples: the mean of the chi-square has a deviation of 0.018.
     EXPECT_NEAR(late.innovations().mean_nis(), 1.0, 0.06) << filter;
     EXPECT_EQ(late.count(Status::kRejected), 0u) << filter;
+  }
+}
+
+TEST(Session, BelievesItsStartBeforeTheFirstSample) {
+  const Session session(published_arm(), {});
+  const Model model = session.model();
+  const std::vector<double> sd = session.parameter_deviations();
+  for (std::size_t i = 0; i < sd.size(); ++i) {
+    const Parameter& start = published_arm().parameters[i];
+    // k_g3 starts on its bound, of which it has no logarithm.
+    const double believed = start.value > start.lower ? start.value : start.lower + start.scale;
+    EXPECT_NEAR(model.parameters[i].value, believed, 1e-12 * believed) << start.name;
+    EXPECT_EQ(sd[i] > 0.0, !start.known) << start.name;
+  }
+}
+
+/// Settings under which a measurement that is believed costs likelihood: what is rejected and did
+/// not count would be the better start.
+EstimatorSettings costly_race(const std::vector<StartFactors>& starts) {
+  EstimatorSettings settings;
+  settings.noise.sensor = 1.0;
+  settings.noise.model_error = {.start = 0.0, .least = 0.0, .gain = 0.0, .time_s = 0.3};
+  settings.noise.torque = {0.0, 0.0, 0.0};
+  settings.noise.parameter_walk = {};
+  settings.race = {.duration_s = 0.3, .starts = starts};
+  return settings;
+}
+
+TEST(Race, IsNotWonByRefusingToLook) {
+  ExperimentSettings experiment;
+  experiment.samples = 800;
+  experiment.sensor_noise = 1.0;
+  const std::vector<Sample> samples =
+      simulate_experiment(published_estimate(), experiment).record.samples;
+  Model sure = published_estimate();
+  for (Parameter& p : sure.parameters) p.spread = 1e-4;
+  const StartFactors wrong{{"a_m", 0.01}};
+  Session alone(sure, costly_race({wrong}));
+  int rejected = 0;
+  for (const Sample& sample : samples) {
+    const Status status = alone.step(sample).status;
+    rejected += status == Status::kRejected || status == Status::kReset;
+  }
+  EXPECT_GT(rejected, 400);  // or else this shows nothing
+  for (const std::size_t right : {0U, 1U}) {
+    Session race(sure, costly_race(right == 0 ? std::vector<StartFactors>{{}, wrong}
+                                              : std::vector<StartFactors>{wrong, {}}));
+    run(race, samples);
+    EXPECT_TRUE(race.decided());
+    EXPECT_EQ(race.start(), right);
+  }
+}
+
+/// A clock that is set, 1.7e9 s, when one sample has been taken.
+std::vector<Sample> with_clock_set(std::vector<Sample> samples, std::size_t at) {
+  for (std::size_t k = at; k < samples.size(); ++k) samples[k].t += 1.7e9;
+  return samples;
+}
+
+TEST_P(Filter, GapIsNoTimeToLearnIn) {
+  // A jump of the clock right at the beginning: what is left is the same record less a sample, and
+  // the parameters' walk and the race go on as if nothing had been.
+  const std::vector<Sample> samples = record(3000);
+  Session jumped(published_arm(), settings_);
+  const Belief after = run(jumped, with_clock_set(samples, 1));
+  const Belief whole = run(session_, {samples.begin() + 1, samples.end()});
+  for (std::size_t i = 0; i < whole.values.size(); ++i) {
+    // Time is known to 2e-7 s at 1.7e9 s, 5e-4 of an interval.
+    EXPECT_NEAR(after.values[i], whole.values[i], whole.deviations[i]) << i;
+    EXPECT_NEAR(after.deviations[i] / whole.deviations[i], 1.0, 0.3) << i;
+  }
+}
+
+TEST(Session, TakesNoSlowRecordForGaps) {
+  Session session(published_estimate(), {});
+  const std::vector<Sample> samples = record(2000);
+  for (std::size_t k = 0; k < samples.size(); k += 120) {
+    const Estimate e = session.step(samples[k]);  // every 60 ms
+    EXPECT_NE(e.status, Status::kGap) << k;
   }
 }
 

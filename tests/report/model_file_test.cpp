@@ -1,5 +1,6 @@
 #include "armukf/report/model_file.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -93,6 +94,27 @@ TEST(ModelFile, EveryEffectReadsBack) {
     for (std::size_t i = 0; i < back.parameters.size(); ++i)
       expect_same(back.parameters[i], content.model.parameters[i]);
   }
+}
+
+TEST(ModelFile, EffectThatIsThereTwiceReadsBackTwice) {
+  ModelFile content;
+  for (const char* name : {"torque_ripple", "flexible_mode_arm", "torque_ripple:2"})
+    content.model.add_effect(name);
+  content.model.parameter("torque_ripple").value = 0.1;
+  content.model.parameter("torque_ripple_2").value = 0.2;
+  content.model.parameter("torque_ripple_harmonic_2").value = 9.0;
+  const std::string text = model_file_text(content);
+  const Model back = parse(text).model;
+  EXPECT_EQ(model_file_text({back, {}}), text);
+  ASSERT_EQ(back.effects.size(), 3U);
+  EXPECT_EQ(back.effects[2].name(), "torque_ripple:2");
+  EXPECT_EQ(back.states.back().name, "torque_ripple_angle_2");
+  EXPECT_EQ(back.values(), content.model.values());
+  // The second alone, and what is none.
+  EXPECT_EQ(parse("effects = [\"torque_ripple:2\"]").model.parameters.back().name,
+            "torque_ripple_harmonic_2");
+  for (const char* name : {"torque_ripple:0", "torque_ripple:x", "friction_parameters:2"})
+    EXPECT_NE(fault(fmt::format("effects = [\"{}\"]", name)), "") << name;
 }
 
 TEST(ModelFile, FileOnDiskReadsBack) {

@@ -44,13 +44,15 @@ std::vector<Evaluation> evaluate(const Model& model, const std::vector<Record>& 
 ClosingSimulation closing_simulation(const Model& model, const std::vector<Sample>& samples,
                                      const Propagation& propagation, double longest_gap_s) {
   ErrorSums all;
+  std::optional<ErrorSums> free;
   for (const Record& piece : split_at_gaps({{"", samples}}, longest_gap_s)) {
     const InitialStates initial = fit_initial_states(
         model, all_free(model), beginning(piece.samples, kBeginning), propagation);
-    all += error_sums(speeds_of(piece.samples),
-                      simulate(model, initial.x0, piece.samples, propagation));
+    const SimulationFit fit = simulation_fit(model, initial, piece.samples, propagation);
+    all += error_sums(speeds_of(piece.samples), fit.y);
+    add_free(fit.free, free);
   }
-  return {fit_percent(all), mean_square_error(all), samples.size()};
+  return {fit_percent(all), mean_square_error(all), samples.size(), free};
 }
 
 }  // namespace armukf

@@ -40,6 +40,7 @@ struct ClosingSimulation {
   double fit_percent = 0.0;
   double mse = 0.0;  // (rad/s)^2
   std::size_t samples = 0;
+  std::optional<ErrorSums> free;  // as in SimulationFit
 };
 
 /// The samples simulated, piece by piece between gaps, each from the initial states that fit its

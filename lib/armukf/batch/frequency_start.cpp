@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "armukf/batch/frequency_response.hpp"
@@ -156,14 +155,15 @@ std::vector<Candidate> distinct_minima(const std::vector<Candidate>& candidates,
 }
 
 /// A short output-error search over the model's own unknowns, with all initial states free: what
-/// is fixed wrongly there makes side valleys of its own.
+/// is fixed wrongly there makes side valleys of its own. Infinite where the start cannot be
+/// simulated.
 Candidate searched(const Model& model, const Record& record, const Propagation& propagation) {
   IdentifySettings settings;
   settings.propagation = propagation;
   settings.initial = all_free(model);
   settings.iterations = kShortSearch;
   const Identification found = identify(model, {record}, settings);
-  return {found.model, std::isfinite(found.mse) ? found.mse : std::numeric_limits<double>::max()};
+  return {found.model, found.mse};
 }
 
 /// The usual twist (rad) of the gear's spring, as if it carried all of the torque.
@@ -174,7 +174,8 @@ double usual_twist(const Model& model, const std::vector<Sample>& samples) {
          model.parameters[kHardenedStiffness].value;
 }
 
-/// Where the lowest of the candidate's searches ended; each begins at another hardening.
+/// Where the lowest of the candidate's searches ended; each begins at another hardening. Infinite
+/// where none of them could be simulated.
 Candidate verified(const Model& candidate, const Record& record, const Propagation& propagation) {
   Candidate best{candidate, kInfinite};
   const bool sought = !candidate.parameters[kHardening].known;
@@ -210,6 +211,9 @@ Model from_frequency_response(Model model, const Record& record, const Propagati
   for (const Candidate& candidate : distinct_minima(grid(model, lines), lines))
     searches.push_back(verified(candidate.model, piece, propagation));
   const double least = std::ranges::min_element(searches, {}, &Candidate::misfit)->misfit;
+  if (!std::isfinite(least))
+    throw InputError(record.name, 0, "y",
+                     "cannot be simulated with any values that its frequency response suggests");
   const Candidate& best = *std::ranges::find_if(
       searches, [&](const Candidate& c) { return c.misfit <= kAlike * least; });
   for (int i = 0; i < kArmParameters; ++i)

@@ -14,7 +14,7 @@ namespace armukf {
 /// prove itself by short output-error searches.
 ///
 /// It is the second preliminary step of the published study. Throws InputError where the record is
-/// too short or its torque excites too few frequencies.
+/// too short, its torque excites too few frequencies, or no candidate can be simulated.
 Model from_frequency_response(Model model, const Record& record, const Propagation& propagation);
 
 }  // namespace armukf

@@ -60,7 +60,7 @@ std::vector<Minimum> search_all(const Model& model, const std::vector<Record>& r
   std::vector<Minimum> minima(starts.size());
   for_each_job(settings.threads, static_cast<int>(starts.size()), [&](int k) {
     const OutputError error(starts[k], records, settings.initial, settings.propagation);
-    minima[k] = search(error, error.variables_of_model(), kInfinite, limits);
+    minima[k] = search(error, error.variables_of_model(settings.first_states), kInfinite, limits);
   });
   std::ranges::stable_sort(minima, {}, &Minimum::cost);
   return minima;
@@ -73,16 +73,17 @@ struct Spread {
 };
 
 Spread spread_at(const OutputError& error, const std::vector<double>& v, double huber_scale) {
-  OutputError::Evaluation at = error.evaluate(v.data());
+  const OutputError::Evaluation at = error.evaluate(v.data());
   if (!at.valid) {
     const int n = error.variables();
     const Eigen::MatrixXd unknown = Eigen::MatrixXd::Constant(n, n, kInfinite);
     return {unknown, unknown};
   }
-  soften(huber_scale, at.r, at.J);
-  const Eigen::MatrixXd information = inverse_information(at.J);
-  return {at.r.squaredNorm() / (error.measured() - error.variables()) * information,
-          coloured_covariance(at.J, at.r, information, error.stretches(), error.unknowns())};
+  const HuberScore score = huber_score(huber_scale, at.r, at.J, error.measured());
+  const Eigen::MatrixXd bread = inverse_information(score.inner);
+  const double freedom = error.measured() - error.variables();
+  return {score.psi.squaredNorm() / freedom / score.share * bread,
+          coloured_covariance(at.J, score.psi, bread, error.stretches(), error.unknowns())};
 }
 
 bool on_bound(const Parameter& p) {
@@ -124,6 +125,7 @@ void report_experiments(const std::vector<Record>& records, const Propagation& p
     result.experiments.push_back({records[e].name, samples.front().t, samples.size(),
                                   simulation_fit(result.model, initial[e], samples, propagation)});
     all += error_sums(speeds_of(samples), result.experiments.back().fit.y);
+    add_free(result.experiments.back().fit.free, result.free);
   }
   result.fit_percent = fit_percent(all);
   result.mse = mean_square_error(all);
@@ -141,10 +143,9 @@ void report_criteria(double measurements, double d, Identification& result) {
 
 /// Searches with Huber's loss from the model's values. Outliers may have spoilt the fit by squares,
 /// from which the first scale comes, so that the scale is taken again from what each search left.
-Minimum robust_search(const OutputError& error, Minimum found, const SearchLimits& limits,
-                      double& huber_scale) {
+Minimum robust_search(const OutputError& error, Variables variables, Minimum found,
+                      const SearchLimits& limits, double& huber_scale) {
   constexpr int kRounds = 3;  // the scale no longer changes after
-  Variables variables = error.variables_of_model();
   int iterations = 0;
   int evaluations = 0;
   for (int round = 0; round < kRounds; ++round) {
@@ -164,9 +165,13 @@ Minimum robust_search(const OutputError& error, Minimum found, const SearchLimit
 
 }  // namespace
 
-Identification identify(const Model& model, const std::vector<Record>& whole,
+Identification identify(const Model& model, const std::vector<Record>& records,
                         const IdentifySettings& settings) {
-  const std::vector<Record> records = split_at_gaps(whole, settings.longest_gap_s);
+  return identify_pieces(model, split_at_gaps(records, settings.longest_gap_s), settings);
+}
+
+Identification identify_pieces(const Model& model, const std::vector<Record>& records,
+                               const IdentifySettings& settings) {
   const OutputError error(model, records, settings.initial, settings.propagation);
   check_length(error, records);
   SearchLimits limits = limits_for(error);
@@ -176,11 +181,13 @@ Identification identify(const Model& model, const std::vector<Record>& whole,
 
   Identification result;
   result.starts = static_cast<int>(minima.size());
-  result.agreeing = static_cast<int>(std::ranges::count_if(
-      minima, [&](const Minimum& m) { return m.cost <= (1.0 + kSameMinimum) * best.cost; }));
+  result.agreeing = static_cast<int>(std::ranges::count_if(minima, [&](const Minimum& m) {
+    return std::isfinite(m.cost) && m.cost <= (1.0 + kSameMinimum) * best.cost;
+  }));
   result.huber_scale = kInfinite;
   if (settings.robust) {
-    best = robust_search(error, best, limits, result.huber_scale);
+    best = robust_search(error, error.variables_of_model(settings.first_states), best, limits,
+                         result.huber_scale);
     minima.push_back(best);
   }
   for (const Minimum& m : minima) {

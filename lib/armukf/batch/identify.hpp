@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,8 @@ struct IdentifySettings {
   bool robust = false;     // Huber's loss in place of squares
   int iterations = 100;    // at most, of one search
   double longest_gap_s = kLongestGapS;  // s; a record is cut at longer intervals
+  StatesOfPieces first_states;          // where the free initial states of each piece begin; what
+                                        // is left out is guessed
 };
 
 /// What was found about an unknown parameter.
@@ -49,7 +52,8 @@ struct Identification {
   SquareMatrix correlation;             // of the parameters' estimates, white residuals
   std::vector<Experiment> experiments;  // a piece of a record each
   double fit_percent = 0.0;             // over all experiments, each about its own mean
-  double mse = 0.0;                     // (rad/s)^2
+  double mse = 0.0;                     // (rad/s)^2; infinite where no start can be simulated
+  std::optional<ErrorSums> free;        // over all experiments, as in SimulationFit
   double fpe = 0.0;     // mse (1 + d/N) / (1 - d/N), d free variables, N measurements
   double aic = 0.0;     // N ln(mse) + N (ln(2 pi) + 1) + 2 d
   double bic = 0.0;     // the same with d ln(N)
@@ -68,5 +72,9 @@ struct Identification {
 /// where the records are too short for that many unknowns.
 Identification identify(const Model& model, const std::vector<Record>& records,
                         const IdentifySettings& settings);
+
+/// The same of records that are pieces without gaps already.
+Identification identify_pieces(const Model& model, const std::vector<Record>& pieces,
+                               const IdentifySettings& settings);
 
 }  // namespace armukf

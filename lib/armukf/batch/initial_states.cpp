@@ -5,7 +5,6 @@
 
 #include "armukf/batch/output_error.hpp"
 #include "armukf/core/constants.hpp"
-#include "armukf/core/statistics.hpp"
 
 namespace armukf {
 namespace {
@@ -50,7 +49,17 @@ SimulationFit compared(std::vector<double> y, const InitialStates& initial,
 
 SimulationFit simulation_fit(const Model& model, const InitialStates& initial,
                              const std::vector<Sample>& samples, const Propagation& propagation) {
-  return compared(simulate(model, initial.x0, samples, propagation), initial, samples);
+  SimulationFit fit = compared(simulate(model, initial.x0, samples, propagation), initial, samples);
+  if (model.has_angle())
+    fit.free = error_sums(speeds_of(samples),
+                          simulate(model, initial.x0, samples, propagation, Angles::kSimulated));
+  return fit;
+}
+
+void add_free(const std::optional<ErrorSums>& more, std::optional<ErrorSums>& sum) {
+  if (!more) return;
+  if (!sum) sum.emplace();
+  *sum += *more;
 }
 
 std::vector<Sample> beginning(const std::vector<Sample>& samples, double fraction) {

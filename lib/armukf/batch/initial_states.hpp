@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/record.hpp"
+#include "armukf/core/statistics.hpp"
 #include "armukf/model/model.hpp"
 #include "armukf/ode/propagation.hpp"
 
@@ -28,7 +30,13 @@ struct SimulationFit {
   double mse;          // (rad/s)^2, infinite where it cannot be simulated with these values
   InitialStates initial;
   std::vector<double> y;  // rad/s, simulated, at each sample
+  /// Where the model has effects of the motor's angle, which follows the measured speed in `y`: the
+  /// errors of a simulation whose angle follows its own speed.
+  std::optional<ErrorSums> free;
 };
+
+/// Adds the errors of a further record's free simulation.
+void add_free(const std::optional<ErrorSums>& more, std::optional<ErrorSums>& sum);
 
 /// What the model says, y, beside the record.
 SimulationFit compared(std::vector<double> y, const InitialStates& initial,

@@ -67,7 +67,7 @@ OutputError::OutputError(const Model& model, const std::vector<Record>& records,
   }
 }
 
-Variables OutputError::variables_of_model() const {
+Variables OutputError::variables_of_model(const StatesOfPieces& x0) const {
   Variables variables;
   const auto add = [&](double start, double lower, double upper) {
     variables.start.push_back(std::clamp(start, lower, upper));
@@ -78,8 +78,10 @@ Variables OutputError::variables_of_model() const {
     const Parameter& p = model_.parameters[i];
     add(p.value, p.lower, p.upper);
   }
-  for (const Record& record : records_) {
-    const std::vector<double> guess = initial_guess(model_, initial_, record.samples);
+  for (std::size_t e = 0; e < records_.size(); ++e) {
+    const Record& record = records_[e];
+    std::vector<double> guess = initial_guess(model_, initial_, record.samples);
+    if (e < x0.size()) std::ranges::copy(x0[e], guess.begin());
     for (const int i : initial_.free) {
       const Motive motive = model_.states[i].motive;
       const double most = motive == Motive::kTwist   ? kMostTwist

@@ -30,9 +30,10 @@ class OutputError {
   /// Position in v of a record's first free initial state.
   int first_state(int record) const { return unknowns() + record * free_states(); }
 
-  /// The model's own values and its bounds, all masses at the first measured speed. Initial speeds
-  /// and twists are bounded by what a machine can do.
-  Variables variables_of_model() const;
+  /// The model's own values and its bounds; the initial states of x0, and where it has none, all
+  /// masses at the first measured speed. Initial speeds and twists are bounded by what a machine
+  /// can do.
+  Variables variables_of_model(const StatesOfPieces& x0 = {}) const;
 
   Model model_at(const double* v) const;
   std::vector<double> initial_states_at(const double* v, int record) const;

@@ -228,7 +228,9 @@ Prediction predict_ahead(const Setting& setting, Shape shape, std::size_t horizo
   const std::vector<Sample> first(setting.samples.begin(),
                                   setting.samples.begin() + std::min(horizon, n));
   Prediction prediction;
-  prediction.y = simulate(setting.model, setting.x0, first, setting.propagation);
+  // Nothing has been measured yet, the angle neither.
+  prediction.y =
+      simulate(setting.model, setting.x0, first, setting.propagation, Angles::kSimulated);
   prediction.y.resize(n, kNaN);
   const double density = best_density(setting, shape, horizon);
   const InnovationSums sums = visit_predictions(

@@ -9,10 +9,12 @@
 
 namespace armukf {
 std::vector<double> simulate(const Model& model, const std::vector<double>& x0,
-                             const std::vector<Sample>& samples, const Propagation& propagation) {
+                             const std::vector<Sample>& samples, const Propagation& propagation,
+                             Angles angles) {
   std::vector<double> y(samples.size(), kNaN);
-  visit_states(model, model.values(), x0, samples, propagation, recorded_input<double>(samples),
-               [&](std::size_t k, const auto& /*states*/, double speed) { y[k] = speed; });
+  visit_states(
+      model, model.values(), x0, samples, propagation, recorded_input<double>(samples),
+      [&](std::size_t k, const auto& /*states*/, double speed) { y[k] = speed; }, angles);
   return y;
 }
 

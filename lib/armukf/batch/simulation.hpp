@@ -10,12 +10,17 @@
 
 namespace armukf {
 
+/// What the angles of effects follow in a simulation: the measured speed, since a simulated one
+/// drifts away from whatever repeats with it; or the simulated one, from the start angle on.
+enum class Angles { kMeasured, kSimulated };
+
 /// Motor speed (rad/s) at each sample of a record, from the states x0 (one per state of the model)
-/// at its first sample, under the record's input alone: what the model says without ever seeing y;
-/// but for the angles of effects, which follow the measured speed, since a simulated one drifts.
-/// NaN from where it runs away to numbers without meaning.
+/// at its first sample, under the record's input alone: what the model says without ever seeing y,
+/// but for the angles of effects where they are measured. NaN from where it runs away to numbers
+/// without meaning.
 std::vector<double> simulate(const Model& model, const std::vector<double>& x0,
-                             const std::vector<Sample>& samples, const Propagation& propagation);
+                             const std::vector<Sample>& samples, const Propagation& propagation,
+                             Angles angles = Angles::kMeasured);
 
 /// The same as states, one per state of the model, at each sample.
 std::vector<std::vector<double>> simulate_states(const Model& model, const std::vector<double>& x0,
@@ -30,6 +35,9 @@ struct InitialChoice {
   std::vector<int> free = speed_states();  // to be fitted to the record
   std::map<int, double> given;             // values of others
 };
+
+/// States at the first sample of each of several pieces, one per state of the model or fewer.
+using StatesOfPieces = std::vector<std::vector<double>>;
 
 /// The published procedure: the twists start at 0, the speeds are free, and of effects' states the
 /// speeds and the angles.

@@ -125,7 +125,7 @@ std::vector<Guess> guesses(const TorqueBalance& balance) {
       balance(z.data(), r.data(), nullptr);
       if (r.squaredNorm() < guess.misfit) guess = {std::move(z), r.squaredNorm()};
     }
-    best.push_back(guess);
+    if (!guess.z.empty()) best.push_back(guess);
   }
   return best;
 }
@@ -173,8 +173,10 @@ Model from_slow_motion(Model model, const Record& record, const Propagation& pro
   std::optional<Identification> best;
   for (const Guess& guess : guesses(balance)) {
     Identification found = sharpened(model, guess, pieces, propagation);
-    if (!best || found.mse < best->mse) best = std::move(found);
+    if (found.mse < (best ? best->mse : kInfinite)) best = std::move(found);
   }
+  if (!best)
+    throw InputError(record.name, 0, "y", "cannot be simulated with the model's other values");
   for (const int i : kSought) model.parameters[i].value = best->model.parameters[i].value;
   return model;
 }

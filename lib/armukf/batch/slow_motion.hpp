@@ -20,7 +20,7 @@ namespace armukf {
 /// other unknowns are free there, and forgotten.
 ///
 /// Throws InputError where the record is too short, does not move, or keeps its speed, so that J
-/// cannot be told.
+/// cannot be told, and where no guess can be simulated.
 Model from_slow_motion(Model model, const Record& record, const Propagation& propagation);
 
 }  // namespace armukf

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "armukf/batch/simulation.hpp"
 #include "armukf/core/dual.hpp"
 #include "armukf/core/record.hpp"
 #include "armukf/model/dynamics.hpp"
@@ -45,7 +46,7 @@ void follow_motor(const Model& model, const std::array<T, States>& before, doubl
 template <class T, std::size_t States, class Input, class Visit>
 std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array<T, States> x,
                          const std::vector<Sample>& samples, const Propagation& propagation,
-                         Input input, Visit visit) {
+                         Input input, Visit visit, Angles angles) {
   const Dynamics<T> dynamics(model, p.data());
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (k > 0) {
@@ -55,7 +56,8 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
       };
       const std::array<T, States> before = x;
       propagate(propagation, f, x, last.t - samples[0].t, samples[k].t - last.t);
-      if constexpr (States > kArmStates) follow_motor(model, before, turn_before(samples, k), x);
+      if constexpr (States > kArmStates)
+        if (angles == Angles::kMeasured) follow_motor(model, before, turn_before(samples, k), x);
     }
     if (!(std::abs(value_of(x[kMeasuredState])) < kRunawaySpeed)) return k;
     if constexpr (States > kArmStates) {
@@ -71,10 +73,10 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
 template <class T, class Input, class Visit>
 std::size_t visit_states(const Model& model, const std::vector<T>& p, const std::vector<T>& x0,
                          const std::vector<Sample>& samples, const Propagation& propagation,
-                         Input input, Visit visit) {
+                         Input input, Visit visit, Angles angles = Angles::kMeasured) {
   const auto with_rows = [&](auto x) {
     std::ranges::copy(x0, x.begin());
-    return visit_states(model, p, x, samples, propagation, input, visit);
+    return visit_states(model, p, x, samples, propagation, input, visit, angles);
   };
   if (model.effects.empty()) return with_rows(Rows<T, kArmStates>{});
   if (model.states.size() <= kFewStates) return with_rows(Rows<T, kFewStates>{});

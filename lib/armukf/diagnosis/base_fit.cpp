@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "armukf/batch/frequency_start.hpp"
+#include "armukf/core/error.hpp"
+#include "armukf/core/statistics.hpp"
 #include "armukf/model/plant.hpp"
 
 namespace armukf {
@@ -22,21 +25,24 @@ InitialChoice all_from(const Model& model, const std::vector<double>& x0) {
   return choice;
 }
 
-std::vector<double> residual_of(const std::vector<Sample>& samples, const std::vector<double>& y) {
-  std::vector<double> residual;
-  for (std::size_t k = 0; k < samples.size(); ++k) residual.push_back(samples[k].y - y[k]);
-  return residual;
-}
-
-FittedModel from_fit(const Model& model, const SimulationFit& fit, const Record& record) {
-  return {model, fit.initial.x0, residual_of(record.samples, fit.y), fit.fit_percent, fit.mse, {}};
+/// Adds what a piece's fit left.
+void add_piece(const SimulationFit& fit, const Record& piece, ErrorSums& sums,
+               FittedModel& result) {
+  result.x0.push_back(fit.initial.x0);
+  for (std::size_t k = 0; k < piece.samples.size(); ++k)
+    result.residual.push_back(piece.samples[k].y - fit.y[k]);
+  sums += error_sums(speeds_of(piece.samples), fit.y);
+  result.fit_percent = fit_percent(sums);
+  result.mse = mean_square_error(sums);
 }
 
 bool plausible(const FittedModel& fit) {
-  for (std::size_t i = 0; i < fit.x0.size(); ++i)
-    if (fit.model.states[i].motive == Motive::kTwist && std::abs(fit.x0[i]) >= kUsualTwist)
-      return false;
-  return true;
+  return std::ranges::all_of(fit.x0, [&](const std::vector<double>& x0) {
+    for (std::size_t i = 0; i < x0.size(); ++i)
+      if (fit.model.states[i].motive == Motive::kTwist && std::abs(x0[i]) >= kUsualTwist)
+        return false;
+    return true;
+  });
 }
 
 double simulated_mse(const Model& model, const std::vector<double>& x0,
@@ -78,21 +84,27 @@ double harmonic_of(const Model& model, const EffectSlot& slot) {
   return 1.0;
 }
 
-std::vector<double> extended(std::vector<double> x0, const Model& model) {
-  for (std::size_t i = x0.size(); i < model.states.size(); ++i)
-    x0.push_back(model.states[i].beginning == Beginning::kSpeed ? x0[kMeasuredState] : 0.0);
+StatesOfPieces extended(StatesOfPieces x0, const Model& model) {
+  for (std::vector<double>& x : x0)
+    for (std::size_t i = x.size(); i < model.states.size(); ++i)
+      x.push_back(model.states[i].beginning == Beginning::kSpeed ? x[kMeasuredState] : 0.0);
   return x0;
 }
 
-FittedModel fitted(const Model& model, const std::vector<double>& x0, const Record& record,
+FittedModel fitted(const Model& model, const StatesOfPieces& x0, const std::vector<Record>& pieces,
                    const Propagation& propagation, int iterations) {
   IdentifySettings settings;
   settings.propagation = propagation;
-  settings.initial = all_from(model, x0);
+  settings.initial = all_free(model);
+  settings.first_states = x0;
   settings.iterations = iterations;
-  const Identification found = identify(model, {record}, settings);
-  FittedModel result = from_fit(found.model, found.experiments[0].fit, record);
+  const Identification found = identify_pieces(model, pieces, settings);
+  FittedModel result;
+  result.model = found.model;
   result.parameters = found.parameters;
+  ErrorSums sums;
+  for (std::size_t e = 0; e < pieces.size(); ++e)
+    add_piece(found.experiments[e].fit, pieces[e], sums, result);
   return result;
 }
 
@@ -107,32 +119,43 @@ Model with_fitted_spreads(const FittedModel& fit) {
   return model;
 }
 
-FittedModel placed(const Model& model, const Record& record, const Propagation& propagation) {
-  std::vector<double> x0 =
-      fit_initial_states(model, all_free(model), record.samples, propagation).x0;
-  const bool turns = std::ranges::any_of(
-      model.states, [](const Coordinate& s) { return s.beginning == Beginning::kAngle; });
-  if (turns) {
-    x0 = with_angles(model, x0, record.samples, propagation);
-    x0 = fit_initial_states(model, all_from(model, x0), record.samples, propagation).x0;
+FittedModel placed(const Model& model, const std::vector<Record>& pieces,
+                   const Propagation& propagation) {
+  FittedModel result;
+  result.model = model;
+  ErrorSums sums;
+  for (const Record& piece : pieces) {
+    const std::vector<Sample>& samples = piece.samples;
+    std::vector<double> x0 = fit_initial_states(model, all_free(model), samples, propagation).x0;
+    if (model.has_angle()) {
+      x0 = with_angles(model, x0, samples, propagation);
+      x0 = fit_initial_states(model, all_from(model, x0), samples, propagation).x0;
+    }
+    add_piece(simulation_fit(model, {x0, {}}, samples, propagation), piece, sums, result);
   }
-  return from_fit(model, simulation_fit(model, {x0, {}}, record.samples, propagation), record);
+  return result;
 }
 
-BaseFit base_fit(const Model& model, const Record& record, const Propagation& propagation) {
+BaseFit base_fit(const Model& model, const std::vector<Record>& pieces,
+                 const Propagation& propagation) {
   Model soft = model;
   for (const auto& [name, factor] : soft_start())
     if (Parameter& p = soft.parameter(name); !p.known) p.value *= factor;
-  const std::vector<Model> starts{model, soft, from_frequency_response(model, record, propagation)};
+  const Record& longest =
+      *std::ranges::max_element(pieces, {}, [](const Record& r) { return r.samples.size(); });
+  const std::vector<Model> starts{model, soft,
+                                  from_frequency_response(model, longest, propagation)};
   std::vector<FittedModel> fits;
   fits.reserve(starts.size());
   for (const Model& start : starts)
-    fits.push_back(fitted(start, {}, record, propagation, kIterations));
+    fits.push_back(fitted(start, {}, pieces, propagation, kIterations));
   const auto rank = [](const FittedModel& fit) {
-    return std::pair(!plausible(fit), std::isfinite(fit.mse) ? fit.mse : kUnbounded);
+    return std::tuple(!std::isfinite(fit.mse), !plausible(fit), fit.mse);
   };
   BaseFit result;
   result.best = *std::ranges::min_element(fits, {}, rank);
+  if (!std::isfinite(result.best.mse))
+    throw InputError(pieces.front().name, 0, "y", "cannot be simulated from any of the starts");
   result.starts = static_cast<int>(starts.size());
   for (const FittedModel& fit : fits)
     result.agreeing += std::abs(fit.mse - result.best.mse) < kSameMinimum * result.best.mse;

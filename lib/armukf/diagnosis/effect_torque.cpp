@@ -19,15 +19,16 @@ std::vector<double> without(const Model& model, const EffectSlot& slot) {
 }
 
 /// N.m at motor, gear and arm for each sample.
-std::array<std::vector<double>, kMassCount> torques_of(
-    const Model& model, const EffectSlot& slot, const std::vector<Sample>& samples,
-    const std::vector<std::vector<double>>& states) {
+using MassTorques = std::array<std::vector<double>, kMassCount>;
+
+/// Adds those of a piece.
+void add_torques(const Model& model, const EffectSlot& slot, const std::vector<Sample>& samples,
+                 const std::vector<std::vector<double>>& states, MassTorques& torques) {
   const std::vector<double> full = model.values();
   const std::vector<double> less = without(model, slot);
   const Dynamics<double> with_effect(model, full.data());
   const Dynamics<double> without_effect(model, less.data());
   const std::array<double, kMassCount> mobility = mobilities(full.data());
-  std::array<std::vector<double>, kMassCount> torques;
   std::vector<double> a(model.states.size());
   std::vector<double> b(model.states.size());
   for (std::size_t k = 0; k < samples.size(); ++k) {
@@ -37,7 +38,6 @@ std::array<std::vector<double>, kMassCount> torques_of(
     for (int i = 0; i < kMassCount; ++i)
       torques[i].push_back((a[kMasses[i].speed] - b[kMasses[i].speed]) / mobility[i]);
   }
-  return torques;
 }
 
 double size_of(const std::vector<double>& values) {
@@ -48,12 +48,16 @@ double size_of(const std::vector<double>& values) {
 
 }  // namespace
 
-std::vector<EffectTorque> effect_torques(const FittedModel& fit, const Record& record,
+std::vector<EffectTorque> effect_torques(const FittedModel& fit, const std::vector<Record>& pieces,
                                          const Propagation& propagation) {
-  const auto states = simulate_states(fit.model, fit.x0, record.samples, propagation);
+  std::vector<std::vector<std::vector<double>>> states;
+  for (std::size_t e = 0; e < pieces.size(); ++e)
+    states.push_back(simulate_states(fit.model, fit.x0[e], pieces[e].samples, propagation));
   std::vector<EffectTorque> all;
   for (const EffectSlot& slot : fit.model.effects) {
-    auto torques = torques_of(fit.model, slot, record.samples, states);
+    MassTorques torques;
+    for (std::size_t e = 0; e < pieces.size(); ++e)
+      add_torques(fit.model, slot, pieces[e].samples, states[e], torques);
     int most = 0;
     for (int i = 1; i < kMassCount; ++i)
       if (size_of(torques[i]) > size_of(torques[most])) most = i;

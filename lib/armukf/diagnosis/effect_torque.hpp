@@ -12,12 +12,12 @@ namespace armukf {
 struct EffectTorque {
   std::string effect;
   std::string mass;            // motor, gear or arm
-  std::vector<double> values;  // N.m, at each sample; 0 for an effect of the sensor
+  std::vector<double> values;  // N.m, at each sample of all pieces; 0 for an effect of the sensor
 };
 
 /// Of every effect of a fitted model: the change of each mass's acceleration when the effect's
 /// sizes are set to 0, times the mass's inertia.
-std::vector<EffectTorque> effect_torques(const FittedModel& fit, const Record& record,
+std::vector<EffectTorque> effect_torques(const FittedModel& fit, const std::vector<Record>& pieces,
                                          const Propagation& propagation);
 
 }  // namespace armukf

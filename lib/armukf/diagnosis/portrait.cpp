@@ -10,6 +10,7 @@
 #include <limits>
 #include <numbers>
 
+#include "armukf/batch/pieces.hpp"
 #include "armukf/diagnosis/score.hpp"
 #include "armukf/diagnosis/spectrum.hpp"
 
@@ -69,18 +70,21 @@ std::vector<Probe> probes() {
   };
 }
 
-std::vector<Instant> instants(const std::vector<Sample>& samples) {
+std::vector<Instant> instants(const std::vector<Record>& pieces) {
   constexpr double kSlip = 0.1;  // rad, after which dry friction slips
+  const std::vector<double> times = times_of(pieces);
   std::vector<Instant> all;
-  const double length = samples.back().t - samples.front().t;
-  double speed = 0.0;
-  double bent = 0.0;
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    if (!std::isnan(samples[k].y)) speed = samples[k].y;
-    const double time = samples[k].t - samples.front().t;
-    const double dt = k == 0 ? 0.0 : samples[k].t - samples[k - 1].t;
-    bent = std::clamp(bent + speed * dt / kSlip, -1.0, 1.0);
-    all.push_back({time / length, time, speed, samples[k].u, std::tanh(speed / kStandstill), bent});
+  for (const Record& piece : pieces) {
+    double speed = 0.0;
+    double bent = 0.0;
+    double last = piece.samples.front().t;
+    for (const Sample& s : piece.samples) {
+      if (!std::isnan(s.y)) speed = s.y;
+      bent = std::clamp(bent + speed * (s.t - last) / kSlip, -1.0, 1.0);
+      last = s.t;
+      const double time = times[all.size()];
+      all.push_back({time / times.back(), time, speed, s.u, std::tanh(speed / kStandstill), bent});
+    }
   }
   return all;
 }
@@ -101,10 +105,10 @@ Probe line_probe(double hertz) {
           }};
 }
 
-std::string bands(const FittedModel& fit, const std::vector<Sample>& samples) {
+std::string bands(const FittedModel& fit, const std::vector<double>& times) {
   constexpr std::array kEdges{0.0, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0};
-  const double length = samples.back().t - samples.front().t;
-  const auto n = static_cast<double>(samples.size());
+  const double length = times.back();
+  const auto n = static_cast<double>(times.size());
   // Power of each band by differences of running means would leak; plain sums over lines do not.
   std::vector<double> power(kEdges.size() - 1, 0.0);
   double total = 0.0;
@@ -116,9 +120,9 @@ std::string bands(const FittedModel& fit, const std::vector<Sample>& samples) {
     const double w = 2.0 * std::numbers::pi * i / length;
     double re = 0.0;
     double im = 0.0;
-    for (std::size_t k = 0; k < samples.size(); ++k) {
+    for (std::size_t k = 0; k < times.size(); ++k) {
       if (!std::isfinite(fit.residual[k])) continue;
-      const double angle = w * (samples[k].t - samples.front().t);
+      const double angle = w * times[k];
       re += fit.residual[k] * std::cos(angle);
       im += fit.residual[k] * std::sin(angle);
     }
@@ -138,15 +142,13 @@ std::string bands(const FittedModel& fit, const std::vector<Sample>& samples) {
 
 }  // namespace
 
-std::vector<std::string> portrait(const FittedModel& fit, const Record& record,
+std::vector<std::string> portrait(const FittedModel& fit, const std::vector<Record>& pieces,
                                   const std::vector<double>& innovations,
                                   const Propagation& propagation) {
-  const ScoreTest test(fit, record.samples, propagation);
-  const std::vector<Instant> motion = instants(record.samples);
+  const ScoreTest test(fit, pieces, propagation);
+  const std::vector<Instant> motion = instants(pieces);
   std::vector<Probe> tried = probes();
-  std::vector<double> t;
-  t.reserve(motion.size());
-  for (const Instant& at : motion) t.push_back(at.time);
+  const std::vector<double> t = times_of(pieces);
   for (const std::vector<double>& e : {fit.residual, innovations})
     for (const SpectralLine& line : lines_over_time(t, e, kHighestHz, kLinePower, kMostLines))
       tried.push_back(line_probe(line.frequency));
@@ -162,12 +164,12 @@ std::vector<std::string> portrait(const FittedModel& fit, const Record& record,
   std::vector<std::string> lines;
   for (const auto& [share, text] : seen)
     if (std::ranges::find(lines, text) == lines.end()) lines.push_back(text);
-  const std::vector<double> angle = motor_angle(record.samples);
+  const std::vector<double> angle = motor_angle(pieces);
   for (const SpectralLine& line :
        lines_over_angle(angle, innovations, kHighestHarmonic, kLinePower, kMostLines))
     lines.push_back(fmt::format("repeats with the motor's angle, {:.2f} times per rad",
                                 line.frequency / (2.0 * std::numbers::pi)));
-  if (!lines.empty()) lines.push_back(bands(fit, record.samples));
+  if (!lines.empty()) lines.push_back(bands(fit, t));
   return lines;
 }
 

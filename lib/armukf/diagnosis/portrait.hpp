@@ -13,7 +13,7 @@ namespace armukf {
 /// direction, load, reversals and time. Each is tested, with the variance of coloured residuals;
 /// only what is there beyond chance and matters is said. Empty: the residual looks like noise.
 /// `innovations` (rad/s, one sample ahead) stay locked to the record where a simulation drifts.
-std::vector<std::string> portrait(const FittedModel& fit, const Record& record,
+std::vector<std::string> portrait(const FittedModel& fit, const std::vector<Record>& pieces,
                                   const std::vector<double>& innovations,
                                   const Propagation& propagation);
 

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "armukf/batch/sensitivity.hpp"
+#include "armukf/batch/pieces.hpp"
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/fit/covariance.hpp"
@@ -41,14 +41,14 @@ Eigen::VectorXd bounded_solution(const Eigen::MatrixXd& columns, const Eigen::Ve
 
 }  // namespace
 
-ScoreTest::ScoreTest(const FittedModel& base, const std::vector<Sample>& samples,
+ScoreTest::ScoreTest(const FittedModel& base, const std::vector<Record>& pieces,
                      const Propagation& propagation)
-    : base_(base), samples_(samples), propagation_(propagation) {
-  for (std::size_t k = 0; k < samples.size(); ++k)
+    : base_(base), pieces_(pieces), propagation_(propagation) {
+  for (std::size_t k = 0; k < base.residual.size(); ++k)
     if (std::isfinite(base.residual[k])) measured_.push_back(static_cast<Eigen::Index>(k));
+  stretches_ = stretches_of(pieces, measured_);
   const Directions directions{base.model.unknowns(), all_free(base.model).free};
-  const JacobianMatrix all =
-      sensitivities(base.model, base.x0, samples, propagation, directions).gradient;
+  const JacobianMatrix all = sensitivities(base.model, base.x0, pieces, propagation, directions);
   Eigen::MatrixXd columns = all(measured_, Eigen::all);
   for (Eigen::Index j = 0; j < columns.cols(); ++j)
     if (const double length = columns.col(j).norm(); length > 0.0) columns.col(j) /= length;
@@ -62,22 +62,27 @@ void ScoreTest::project(Eigen::Ref<Eigen::MatrixXd> columns) const {
   columns -= explained_ * (explained_.transpose() * columns);
 }
 
-/// A column per size; two for an effect of an angle, at which cos and -sin of it stand for the
-/// unknown zero.
+/// A column per size; for an effect of an angle two for each piece, at which cos and -sin of it
+/// stand for the unknown zero.
 Eigen::MatrixXd ScoreTest::sensitivities_of(const Trial& trial) const {
-  std::vector<double> x0 = extended(base_.x0, trial.model);
+  StatesOfPieces x0 = extended(base_.x0, trial.model);
   const Directions directions{trial.sizes, {}};
   const auto simulated = [&] {
-    const JacobianMatrix all =
-        sensitivities(trial.model, x0, samples_, propagation_, directions).gradient;
+    const JacobianMatrix all = sensitivities(trial.model, x0, pieces_, propagation_, directions);
     return Eigen::MatrixXd(all(measured_, Eigen::all));
   };
-  Eigen::MatrixXd columns = simulated();
+  const Eigen::MatrixXd columns = simulated();
   if (trial.angle_state < 0) return columns;
-  x0[trial.angle_state] = 0.5 * std::numbers::pi / trial.harmonic;
-  columns.conservativeResize(Eigen::NoChange, 2);
-  columns.col(1) = simulated().col(0);
-  return columns;
+  for (std::vector<double>& x : x0) x[trial.angle_state] = 0.5 * std::numbers::pi / trial.harmonic;
+  const Eigen::MatrixXd turned = simulated();
+  const auto count = static_cast<Eigen::Index>(stretches_.size());
+  Eigen::MatrixXd each = Eigen::MatrixXd::Zero(columns.rows(), 2 * count);
+  for (Eigen::Index e = 0; e < count; ++e) {
+    const auto [first, rows] = stretches_[e];
+    each.col(2 * e).segment(first, rows) = columns.col(0).segment(first, rows);
+    each.col(2 * e + 1).segment(first, rows) = turned.col(0).segment(first, rows);
+  }
+  return each;
 }
 
 /// The test of columns that are not projected yet; `positive` ones must not go below 0.
@@ -101,8 +106,8 @@ Score ScoreTest::score_of(Eigen::MatrixXd columns, const std::vector<bool>& posi
   const JacobianMatrix used_columns = columns(Eigen::all, used);
   // The colour is that of what the step leaves: a large effect would hide behind its own residual.
   const Eigen::MatrixXd covariance =
-      coloured_covariance(used_columns, left, inverse_information(used_columns),
-                          {{0, used_columns.rows()}}, static_cast<Eigen::Index>(used.size()));
+      coloured_covariance(used_columns, left, inverse_information(used_columns), stretches_,
+                          static_cast<Eigen::Index>(used.size()));
   const Eigen::VectorXd step = b(used);
   score.statistic = step.dot(symmetric_solution(covariance, step));
   score.freedom = static_cast<int>(used.size());
@@ -122,15 +127,21 @@ Score ScoreTest::operator()(const Trial& trial) const {
   }
   Score score = score_of(std::move(columns), positive);
   if (trial.angle_state >= 0) {
-    score.angle = std::atan2(score.sizes[1], score.sizes[0]) / trial.harmonic;
-    score.sizes = {std::hypot(score.sizes[0], score.sizes[1])};
+    double sum = 0.0;
+    for (std::size_t e = 0; e < stretches_.size(); ++e) {
+      const double along = score.sizes[2 * e];
+      const double across = score.sizes[2 * e + 1];
+      score.angles.push_back(std::atan2(across, along) / trial.harmonic);
+      sum += std::hypot(along, across) * static_cast<double>(stretches_[e].count);
+    }
+    score.sizes = {sum / static_cast<double>(measured_.size())};
   }
   return score;
 }
 
 Score ScoreTest::of_torques(const Eigen::MatrixXd& torques) const {
   const JacobianMatrix all =
-      torque_sensitivities(base_.model, base_.x0, samples_, propagation_, torques);
+      torque_sensitivities(base_.model, base_.x0, pieces_, propagation_, torques);
   return score_of(all(measured_, Eigen::all), std::vector<bool>(torques.cols(), false));
 }
 

@@ -6,18 +6,19 @@
 #include "armukf/core/record.hpp"
 #include "armukf/diagnosis/base_fit.hpp"
 #include "armukf/diagnosis/trial.hpp"
+#include "armukf/fit/covariance.hpp"
 
 namespace armukf {
 
 /// What one linearised step from no effect along a trial's sizes would bring.
 struct Score {
-  std::vector<double> sizes;  // the step, one per size of the trial, within their bounds
-  double angle = 0.0;         // rad, where the trial's angle is 0
-  double gain = 0.0;          // (rad/s)^2, by which the mean squared error falls
-  double statistic = 0.0;     // chi-square with `freedom` degrees if there is no such effect,
-  int freedom = 0;            // whatever the residual's colour
-  double p_value = 1.0;       // of the statistic, for this trial alone
-  Eigen::VectorXd change;     // rad/s, of the residual by that step, at the measured samples
+  std::vector<double> sizes;   // the step, one per size of the trial, within their bounds
+  std::vector<double> angles;  // rad, of the trial's angle at each piece's first sample
+  double gain = 0.0;           // (rad/s)^2, by which the mean squared error falls
+  double statistic = 0.0;      // chi-square with `freedom` degrees if there is no such effect,
+  int freedom = 0;             // whatever the residual's colour
+  double p_value = 1.0;        // of the statistic, for this trial alone
+  Eigen::VectorXd change;      // rad/s, of the residual by that step, at the measured samples
 };
 
 /// Score (Lagrange multiplier) tests against a fitted model, without refitting: the residual on
@@ -27,7 +28,7 @@ struct Score {
 /// fit/covariance.hpp.
 class ScoreTest {
  public:
-  ScoreTest(const FittedModel& base, const std::vector<Sample>& samples,
+  ScoreTest(const FittedModel& base, const std::vector<Record>& pieces,
             const Propagation& propagation);
 
   Score operator()(const Trial& trial) const;
@@ -41,9 +42,10 @@ class ScoreTest {
   void project(Eigen::Ref<Eigen::MatrixXd> columns) const;
 
   const FittedModel& base_;
-  const std::vector<Sample>& samples_;
+  const std::vector<Record>& pieces_;
   Propagation propagation_;
   std::vector<Eigen::Index> measured_;  // samples that count
+  std::vector<Stretch> stretches_;      // of those, a piece each
   Eigen::MatrixXd explained_;           // orthonormal columns: what the base model can explain
   Eigen::VectorXd residual_;            // at the measured samples, projected
 };

@@ -103,4 +103,13 @@ std::vector<double> motor_angle(const std::vector<Sample>& samples) {
   return angle;
 }
 
+std::vector<double> motor_angle(const std::vector<Record>& pieces) {
+  std::vector<double> all;
+  for (const Record& piece : pieces) {
+    const double begin = all.empty() ? 0.0 : all.back();
+    for (const double angle : motor_angle(piece.samples)) all.push_back(begin + angle);
+  }
+  return all;
+}
+
 }  // namespace armukf

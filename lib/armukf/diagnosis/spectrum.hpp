@@ -26,4 +26,7 @@ std::vector<SpectralLine> lines_over_angle(std::span<const double> angle, std::s
 /// is taken for the last one.
 std::vector<double> motor_angle(const std::vector<Sample>& samples);
 
+/// The same over pieces; how far the motor turned between them nobody knows, and it stands still.
+std::vector<double> motor_angle(const std::vector<Record>& pieces);
+
 }  // namespace armukf

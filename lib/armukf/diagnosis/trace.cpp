@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 
+#include "armukf/batch/pieces.hpp"
 #include "armukf/batch/prediction.hpp"
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/constants.hpp"
@@ -45,10 +46,10 @@ constexpr double kLinePower = 6.0;
 constexpr int kMostLines = 3;
 constexpr double kAgree = 0.5;  // of an effect's size, by which two records may differ
 
-/// One record, as every step needs it.
+/// The pieces of the records, as every step needs them.
 struct Setting {
-  const Record& estimation;
-  const Record& validation;
+  std::vector<Record> estimation;
+  std::vector<Record> validation;
   const Propagation& propagation;
 };
 
@@ -76,33 +77,35 @@ struct Refit {
   double help;
 };
 
-Fits fits_from(const Model& model, const std::vector<double>& x0, const Setting& s,
-               int iterations) {
+Fits fits_from(const Model& model, const StatesOfPieces& x0, const Setting& s, int iterations) {
   FittedModel estimation = fitted(model, x0, s.estimation, s.propagation, iterations);
   FittedModel validation = placed(estimation.model, s.validation, s.propagation);
   return {std::move(estimation), std::move(validation)};
 }
 
-std::vector<double> one_step_errors(const FittedModel& fit, const Record& record,
-                                    const Propagation& propagation) {
-  const Prediction p = predict_ahead(fit.model, fit.x0, record.samples, propagation, 1);
-  std::vector<double> e;
-  for (std::size_t k = 0; k < p.y.size(); ++k) e.push_back(record.samples[k].y - p.y[k]);
-  return e;
-}
+/// Of one sample ahead, and the likelihood of them all.
+struct OneStep {
+  std::vector<double> errors;  // rad/s, of all samples
+  double log_likelihood = 0.0;
+};
 
-std::vector<double> times_of(const std::vector<Sample>& samples) {
-  std::vector<double> t;
-  t.reserve(samples.size());
-  for (const Sample& sample : samples) t.push_back(sample.t);
-  return t;
+OneStep one_step(const FittedModel& fit, const std::vector<Record>& pieces,
+                 const Propagation& propagation) {
+  OneStep result;
+  for (std::size_t e = 0; e < pieces.size(); ++e) {
+    const std::vector<Sample>& samples = pieces[e].samples;
+    const Prediction p = predict_ahead(fit.model, fit.x0[e], samples, propagation, 1);
+    for (std::size_t k = 0; k < samples.size(); ++k) result.errors.push_back(samples[k].y - p.y[k]);
+    result.log_likelihood += p.log_likelihood;
+  }
+  return result;
 }
 
 /// Harmonics of the motor's angle that stand out of the innovations or of the residual, the first
 /// two in any case, and frequencies that stand out of the residual.
 Suggested suggested_by(const FittedModel& fit, const Setting& s) {
-  const std::vector<double> angle = motor_angle(s.estimation.samples);
-  const std::vector<double> e = one_step_errors(fit, s.estimation, s.propagation);
+  const std::vector<double> angle = motor_angle(s.estimation);
+  const std::vector<double> e = one_step(fit, s.estimation, s.propagation).errors;
   Suggested suggested{{1.0, 2.0}, {}};
   for (const SpectralLine& line :
        lines_over_angle(angle, e, kHighestHarmonic, kLinePower, kMostLines))
@@ -110,8 +113,8 @@ Suggested suggested_by(const FittedModel& fit, const Setting& s) {
   for (const SpectralLine& line :
        lines_over_angle(angle, fit.residual, kHighestHarmonic, kLinePower, kMostLines))
     suggested.harmonics.push_back(line.frequency);
-  for (const SpectralLine& line : lines_over_time(times_of(s.estimation.samples), fit.residual,
-                                                  kHighestMode, kLinePower, kMostLines))
+  for (const SpectralLine& line :
+       lines_over_time(times_of(s.estimation), fit.residual, kHighestMode, kLinePower, kMostLines))
     suggested.frequencies.push_back(line.frequency);
   return suggested;
 }
@@ -120,7 +123,7 @@ Suggested suggested_by(const FittedModel& fit, const Setting& s) {
 std::vector<Scored> best_trials(const Fits& now, const Setting& s) {
   const std::vector<Trial> trials =
       trials_for(now.estimation.model, suggested_by(now.estimation, s));
-  const ScoreTest test(now.estimation, s.estimation.samples, s.propagation);
+  const ScoreTest test(now.estimation, s.estimation, s.propagation);
   std::map<std::string, Scored> best;
   for (const Trial& trial : trials) {
     const Score score = test(trial);
@@ -149,8 +152,9 @@ Model stepped(const Scored& scored, double length) {
 
 /// The model refitted with the effect in it; shorter steps where the first goes nowhere.
 Refit refitted(const Scored& scored, const Fits& now, const Setting& s) {
-  std::vector<double> x0 = extended(now.estimation.x0, scored.trial.model);
-  if (scored.trial.angle_state >= 0) x0[scored.trial.angle_state] = scored.score.angle;
+  StatesOfPieces x0 = extended(now.estimation.x0, scored.trial.model);
+  for (std::size_t e = 0; e < scored.score.angles.size(); ++e)
+    x0[e][scored.trial.angle_state] = scored.score.angles[e];
   std::optional<Refit> best;
   for (const double length : {1.0, 0.25}) {
     Fits fits = fits_from(stepped(scored, length), x0, s, kShort);
@@ -164,11 +168,15 @@ Refit refitted(const Scored& scored, const Fits& now, const Setting& s) {
 
 /// How surely the second residual is smaller than the first: the mean fall of its square over the
 /// standard deviation of that mean, whatever the colour.
-double sureness(const std::vector<double>& before, const std::vector<double>& after) {
+double sureness(const std::vector<double>& before, const std::vector<double>& after,
+                const std::vector<Record>& pieces) {
   std::vector<double> fall;
+  std::vector<Eigen::Index> counts;
   for (std::size_t k = 0; k < before.size(); ++k) {
     const double d = before[k] * before[k] - after[k] * after[k];
-    if (std::isfinite(d)) fall.push_back(d);
+    if (!std::isfinite(d)) continue;
+    fall.push_back(d);
+    counts.push_back(static_cast<Eigen::Index>(k));
   }
   const auto n = static_cast<Eigen::Index>(fall.size());
   Eigen::VectorXd d = Eigen::Map<const Eigen::VectorXd>(fall.data(), n);
@@ -176,7 +184,7 @@ double sureness(const std::vector<double>& before, const std::vector<double>& af
   d.array() -= mean;
   const JacobianMatrix ones = JacobianMatrix::Ones(n, 1);
   const Eigen::MatrixXd variance =
-      coloured_covariance(ones, d, inverse_information(ones), {{0, n}}, 1);
+      coloured_covariance(ones, d, inverse_information(ones), stretches_of(pieces, counts), 1);
   return mean / std::sqrt(variance(0, 0));
 }
 
@@ -215,10 +223,16 @@ bool is_drift(const Refit& refit, const Fits& now) {
   });
 }
 
-double late_error(const std::vector<Sample>& samples, const std::vector<double>& y) {
+/// Of the second half of each piece.
+double late_error(const std::vector<Record>& pieces, const std::vector<double>& y) {
   double sum = 0.0;
-  for (std::size_t k = samples.size() / 2; k < samples.size(); ++k)
-    if (!std::isnan(samples[k].y)) sum += std::pow(samples[k].y - y[k], 2);
+  std::size_t first = 0;
+  for (const Record& piece : pieces) {
+    const std::vector<Sample>& samples = piece.samples;
+    for (std::size_t k = samples.size() / 2; k < samples.size(); ++k)
+      if (!std::isnan(samples[k].y)) sum += std::pow(samples[k].y - y[first + k], 2);
+    first += samples.size();
+  }
   return sum;
 }
 
@@ -228,13 +242,13 @@ double late_error(const std::vector<Sample>& samples, const std::vector<double>&
 /// angle's start is its phase, and stays.
 bool is_driven(const Refit& refit, const Fits& now, const Setting& s) {
   const FittedModel& with = refit.fits.validation;
-  const std::vector<double> rest = extended(now.validation.x0, with.model);
-  std::vector<double> x0 = with.x0;
-  for (std::size_t i = now.validation.x0.size(); i < x0.size(); ++i)
-    if (with.model.states[i].beginning != Beginning::kAngle) x0[i] = rest[i];
-  const std::vector<Sample>& samples = s.validation.samples;
-  const auto error = [&](const Model& model, const std::vector<double>& start) {
-    return late_error(samples, simulate(model, start, samples, s.propagation));
+  const StatesOfPieces rest = extended(now.validation.x0, with.model);
+  StatesOfPieces x0 = with.x0;
+  for (std::size_t e = 0; e < x0.size(); ++e)
+    for (std::size_t i = now.validation.model.states.size(); i < x0[e].size(); ++i)
+      if (with.model.states[i].beginning != Beginning::kAngle) x0[e][i] = rest[e][i];
+  const auto error = [&](const Model& model, const StatesOfPieces& start) {
+    return late_error(s.validation, simulate(model, start, s.validation, s.propagation));
   };
   const double before = error(now.validation.model, now.validation.x0);
   const double helped = before - error(with.model, with.x0);
@@ -247,7 +261,8 @@ bool helps(const Refit& refit, const Fits& now, const Setting& s, int iterations
   const double before = now.validation.mse;
   if (!(refit.fits.estimation.mse < now.estimation.mse)) return false;
   if (!(after < (1.0 - kLeastHelp) * before) || !is_drift(refit, now)) return false;
-  return sureness(now.validation.residual, refit.fits.validation.residual) > kSurelyHelps &&
+  return sureness(now.validation.residual, refit.fits.validation.residual, s.validation) >
+             kSurelyHelps &&
          sizes_agree(refit, s, iterations) && is_driven(refit, now, s);
 }
 
@@ -335,83 +350,103 @@ Model without(const Model& full, const Model& base, const std::string& effect,
 }
 
 /// Initial states of `fewer`, by name, from those of `full`.
-std::vector<double> states_by_name(const Model& fewer, const Model& full,
-                                   const std::vector<double>& x0) {
-  std::vector<double> result;
+StatesOfPieces states_by_name(const Model& fewer, const Model& full, const StatesOfPieces& x0) {
+  StatesOfPieces result(x0.size());
   for (const Coordinate& state : fewer.states) {
     const auto at = std::ranges::find(full.states, state.name, &Coordinate::name);
-    result.push_back(x0[at - full.states.begin()]);
+    for (std::size_t e = 0; e < x0.size(); ++e)
+      result[e].push_back(x0[e][at - full.states.begin()]);
   }
   return result;
 }
 
-/// Takes out again what no longer helps.
+/// Takes out again what no longer helps; what is taken out was not accepted in the end.
 void remove_idle(Diagnosis& diagnosis, Fits& now, const Setting& s) {
   for (std::size_t i = 0; diagnosis.effects.size() > 1 && i < diagnosis.effects.size();) {
     const Model fewer = without(now.estimation.model, diagnosis.base.best.model,
                                 diagnosis.effects[i].effect, diagnosis.effects);
     const Fits fits =
         fits_from(fewer, states_by_name(fewer, now.estimation.model, now.estimation.x0), s, kLong);
-    if (fits.validation.mse > (1.0 + kNoHelp) * now.validation.mse) {
+    if (!does_as_well(fits.validation.mse, now.validation.mse, kNoHelp)) {
       ++i;
       continue;
     }
     now = fits;
+    for (Candidate& candidate : diagnosis.candidates)
+      if (candidate.effect == diagnosis.effects[i].effect) candidate.accepted = false;
     diagnosis.effects.erase(diagnosis.effects.begin() + static_cast<std::ptrdiff_t>(i));
   }
 }
 
-Measures measures_of(const FittedModel& fit, const Record& record, const Propagation& propagation) {
-  const Prediction p = predict_ahead(fit.model, fit.x0, record.samples, propagation, 1);
-  std::vector<double> e;
+/// angle: whether a model that it is compared with has effects of the motor's angle.
+Measures measures_of(const FittedModel& fit, const std::vector<Record>& pieces, bool angle,
+                     const Propagation& propagation) {
+  const OneStep ahead = one_step(fit, pieces, propagation);
   double sum = 0.0;
   double count = 0.0;
-  for (std::size_t k = 0; k < p.y.size(); ++k) {
-    e.push_back(record.samples[k].y - p.y[k]);
-    if (!std::isfinite(e.back())) continue;
-    sum += e.back() * e.back();
+  for (const double e : ahead.errors) {
+    if (!std::isfinite(e)) continue;
+    sum += e * e;
     count += 1.0;
   }
-  return {fit.fit_percent, fit.mse, std::sqrt(sum / count), p.log_likelihood, ljung_box_p(e)};
+  std::optional<ErrorSums> free;
+  for (std::size_t e = 0; angle && e < pieces.size(); ++e) {
+    const std::vector<Sample>& samples = pieces[e].samples;
+    add_free(error_sums(speeds_of(samples),
+                        simulate(fit.model, fit.x0[e], samples, propagation, Angles::kSimulated)),
+             free);
+  }
+  return {fit.fit_percent,          fit.mse, free, std::sqrt(sum / count), ahead.log_likelihood,
+          ljung_box_p(ahead.errors)};
 }
 
-/// Refuses a record in which torque or speed stand still.
-void check_excitation(const Record& record) {
+/// Refuses records in which torque or speed stand still.
+void check_excitation(const std::vector<Record>& records) {
   const auto check = [&](double Sample::*column, std::string_view name) {
     double low = kInfinite;
     double high = -low;
-    for (const Sample& sample : record.samples) {
+    for (const Sample& sample : samples_of(records)) {
       if (std::isnan(sample.*column)) continue;
       low = std::min(low, sample.*column);
       high = std::max(high, sample.*column);
     }
     if (!(high > low))
-      throw InputError(record.name, 0, name, "does not vary: there is nothing to be told from it");
+      throw InputError(records.front().name, 0, name,
+                       "does not vary: there is nothing to be told from it");
   };
   check(&Sample::u, "u");
   check(&Sample::y, "y");
 }
 
-void check_records(const Record& estimation, const Record& validation) {
-  for (const Record* record : {&estimation, &validation}) check_excitation(*record);
-  for (const Record* record : {&estimation, &validation})
-    if (record->samples.size() < kFewestSamples)
-      throw InputError(record->name, 0, "y",
-                       fmt::format("{} samples are too short for a diagnosis; it takes {}",
-                                   record->samples.size(), kFewestSamples));
+void check_length(const std::vector<Record>& records, const std::vector<Record>& pieces) {
+  const std::size_t whole = samples_of(records).size();
+  const std::size_t usable = samples_of(pieces).size();
+  if (usable >= kFewestSamples) return;
+  const std::string between =
+      usable < whole ? fmt::format(", of {} whose gaps leave no more,", whole) : "";
+  throw InputError(records.front().name, 0, "y",
+                   fmt::format("{} samples{} are too short for a diagnosis; it takes {}", usable,
+                               between, kFewestSamples));
+}
+
+void check_records(const std::vector<Record>& estimation, const std::vector<Record>& validation,
+                   const Setting& s) {
+  for (const auto* records : {&estimation, &validation}) check_excitation(*records);
+  check_length(estimation, s.estimation);
+  check_length(validation, s.validation);
   const auto same = [](const Sample& a, const Sample& b) {
     return a.u == b.u && (a.y == b.y || (std::isnan(a.y) && std::isnan(b.y)));
   };
-  if (std::ranges::equal(estimation.samples, validation.samples, same))
-    throw InputError(validation.name, 0, "",
+  if (std::ranges::equal(samples_of(estimation), samples_of(validation), same))
+    throw InputError(validation.front().name, 0, "",
                      "is the estimation record; validation needs data that was not fitted");
 }
 
 /// What is left of the estimation record, and of the other one if more is left of it: what shows up
 /// there only has not been told by any fit.
 std::vector<std::string> unexplained(const Fits& now, const Setting& s) {
-  const auto left_of = [&](const FittedModel& fit, const Record& record) {
-    return portrait(fit, record, one_step_errors(fit, record, s.propagation), s.propagation);
+  const auto left_of = [&](const FittedModel& fit, const std::vector<Record>& pieces) {
+    return portrait(fit, pieces, one_step(fit, pieces, s.propagation).errors, s.propagation);
   };
   std::vector<std::string> left = left_of(now.estimation, s.estimation);
   const double ratio = now.validation.mse / now.estimation.mse;
@@ -422,9 +457,9 @@ std::vector<std::string> unexplained(const Fits& now, const Setting& s) {
   return left;
 }
 
-void check_fit(const FittedModel& fit, const Record& record, std::string_view what) {
+void check_fit(const FittedModel& fit, const std::vector<Record>& records, std::string_view what) {
   if (!(fit.fit_percent >= kHopelessFit && std::isfinite(fit.mse)))
-    throw InputError(record.name, 0, "y",
+    throw InputError(records.front().name, 0, "y",
                      fmt::format("{} explains {:.0f} % of it: another arm, or wrong columns?", what,
                                  std::max(0.0, fit.fit_percent)));
 }
@@ -437,20 +472,27 @@ std::string_view name_of(Verdict verdict) {
   return kNames[static_cast<int>(verdict)];
 }
 
-Diagnosis trace(const Model& model, const Record& estimation, const Record& validation,
-                const TraceSettings& settings, const TraceProgress& progress) {
+bool does_as_well(double mse, double other, double share) {
+  return std::isfinite(mse) && mse <= (1.0 + share) * other;
+}
+
+Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
+                const std::vector<Record>& validation, const TraceSettings& settings,
+                const TraceProgress& progress) {
   const auto say = [&](std::string_view stage, double share) {
     if (progress) progress(stage, share);
   };
-  check_records(estimation, validation);
-  const Setting s{estimation, validation, settings.propagation};
+  const Setting s{pieces_of(estimation, settings.longest_gap_s),
+                  pieces_of(validation, settings.longest_gap_s), settings.propagation};
+  check_records(estimation, validation, s);
   Diagnosis diagnosis;
   say("base fit", 0.0);
-  diagnosis.base = base_fit(model, estimation, settings.propagation);
+  diagnosis.base = base_fit(model, s.estimation, settings.propagation);
   check_fit(diagnosis.base.best, estimation, "the model, fitted to it,");
   Fits now{diagnosis.base.best,
-           placed(diagnosis.base.best.model, validation, settings.propagation)};
-  check_fit(now.validation, validation, fmt::format("the model fitted to {}", estimation.name));
+           placed(diagnosis.base.best.model, s.validation, settings.propagation)};
+  check_fit(now.validation, validation,
+            fmt::format("the model fitted to {}", estimation.front().name));
   diagnosis.base_validation = now.validation;
   for (int round = 1; round <= settings.most_effects; ++round) {
     const double behind = static_cast<double>(round) / (settings.most_effects + 2);
@@ -481,11 +523,14 @@ Diagnosis trace(const Model& model, const Record& estimation, const Record& vali
   say("what is left", 0.95);
   diagnosis.after = now.estimation;
   diagnosis.after_validation = now.validation;
-  const Propagation& p = settings.propagation;
-  diagnosis.before_estimation = measures_of(diagnosis.base.best, estimation, p);
-  diagnosis.before_validation = measures_of(diagnosis.base_validation, validation, p);
-  diagnosis.after_estimation = measures_of(now.estimation, estimation, p);
-  diagnosis.after_validation_measures = measures_of(now.validation, validation, p);
+  const bool angle = model.has_angle() || now.estimation.model.has_angle();
+  const auto measures = [&](const FittedModel& fit, const std::vector<Record>& pieces) {
+    return measures_of(fit, pieces, angle, settings.propagation);
+  };
+  diagnosis.before_estimation = measures(diagnosis.base.best, s.estimation);
+  diagnosis.before_validation = measures(diagnosis.base_validation, s.validation);
+  diagnosis.after_estimation = measures(now.estimation, s.estimation);
+  diagnosis.after_validation_measures = measures(now.validation, s.validation);
   diagnosis.unexplained = unexplained(now, s);
   if (!diagnosis.effects.empty()) {
     diagnosis.verdict = Verdict::kFound;

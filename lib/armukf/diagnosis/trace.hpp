@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,11 +14,12 @@ namespace armukf {
 
 /// A model against a record, by simulation and one sample ahead.
 struct Measures {
-  double fit_percent = 0.0;     // of the simulation
-  double mse = 0.0;             // (rad/s)^2, of the simulation
-  double one_step_rmse = 0.0;   // rad/s
-  double log_likelihood = 0.0;  // of the innovations after the first second, as predict_ahead
-  double ljung_box_p = 0.0;     // of the innovations
+  double fit_percent = 0.0;       // of the simulation
+  double mse = 0.0;               // (rad/s)^2, of the simulation
+  std::optional<ErrorSums> free;  // as in SimulationFit; of both models where one needs it
+  double one_step_rmse = 0.0;     // rad/s
+  double log_likelihood = 0.0;    // of the innovations of all pieces, as predict_ahead
+  double ljung_box_p = 0.0;       // of the innovations
 };
 
 /// An effect by its score against the model of its round.
@@ -45,7 +47,7 @@ std::string_view name_of(Verdict verdict);
 /// What a model lacks, as far as two records of the arm tell.
 struct Diagnosis {
   BaseFit base;
-  FittedModel after;  // on the estimation record
+  FittedModel after;  // on the pieces of the estimation records
   FittedModel base_validation;
   FittedModel after_validation;
   Measures before_estimation, before_validation, after_estimation, after_validation_measures;
@@ -58,19 +60,26 @@ struct Diagnosis {
 struct TraceSettings {
   Propagation propagation;
   int most_effects = 5;
+  double longest_gap_s = kLongestGapS;  // s; a record is cut at longer intervals
 };
 
 /// Told what is being done, and how much of the work is behind (0 to 1).
 using TraceProgress = std::function<void(std::string_view stage, double share)>;
 
-/// Finds what the model lacks: fits it to the estimation record, scores every effect of the
+/// Whether a mean squared error is no worse than another but for that share of it; never so of one
+/// that is not finite, as of a simulation that runs away.
+bool does_as_well(double mse, double other, double share);
+
+/// Finds what the model lacks: fits it to the estimation records, scores every effect of the
 /// catalogue, refits with the best few, and adds the one that helps most on both records, if it
-/// helps on the validation record by more than chance and its size agrees there; then again on top
-/// of it. At the end each effect found is tried for removal.
+/// helps on the validation records by more than chance and its size agrees there; then again on
+/// top of it. At the end each effect found is tried for removal. Each piece of a record between its
+/// gaps (pieces_of) counts as a record of its own.
 ///
-/// Throws InputError where a record is too short, excites too little, or is of another arm, and
+/// Throws InputError where records are too short, excite too little, or are of another arm, and
 /// where both are the same.
-Diagnosis trace(const Model& model, const Record& estimation, const Record& validation,
-                const TraceSettings& settings, const TraceProgress& progress = {});
+Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
+                const std::vector<Record>& validation, const TraceSettings& settings,
+                const TraceProgress& progress = {});
 
 }  // namespace armukf

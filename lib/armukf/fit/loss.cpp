@@ -16,6 +16,20 @@ void soften(double scale, Eigen::VectorXd& r, JacobianMatrix& J) {
   }
 }
 
+HuberScore huber_score(double scale, const Eigen::VectorXd& r, const JacobianMatrix& J,
+                       int measured) {
+  HuberScore score{r, J, 1.0};
+  int outer = 0;
+  for (Eigen::Index i = 0; i < r.size(); ++i) {
+    if (!(std::abs(r[i]) > scale)) continue;
+    score.psi[i] = std::copysign(scale, r[i]);
+    score.inner.row(i).setZero();
+    ++outer;
+  }
+  score.share = 1.0 - static_cast<double>(outer) / std::max(1, measured);
+  return score;
+}
+
 double bulk_deviation(const Eigen::VectorXd& r) {
   constexpr double kNormal = 1.4826;  // sd of a normal variable over its median magnitude
   std::vector<double> sizes;

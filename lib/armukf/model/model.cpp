@@ -170,6 +170,10 @@ bool Model::acts_on_sensor() const {
   });
 }
 
+bool Model::has_angle() const {
+  return std::ranges::find(states, Beginning::kAngle, &Coordinate::beginning) != states.end();
+}
+
 bool Model::is_physical(const std::vector<double>& values) const {
   double shares = 0.0;
   for (std::size_t i = 0; i < parameters.size(); ++i)

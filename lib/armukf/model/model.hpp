@@ -49,6 +49,9 @@ struct Model {
   /// Whether the sensor shows something else than the measured state.
   bool acts_on_sensor() const;
 
+  /// Whether an effect goes with an angle of the motor.
+  bool has_angle() const;
+
   /// Adds an effect with its states and (unknown) parameters; the same again changes nothing. The
   /// name may say which of several of its kind it is, `torque_ripple:2`; its states and parameters
   /// are then `torque_ripple_2` and so on. InputError where there is no such effect, or where a

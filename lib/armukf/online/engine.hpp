@@ -54,6 +54,12 @@ struct ArmSensor {
   }
 };
 
+/// When something happens to a filter.
+struct Moment {
+  double t = 0.0;        // s, since the first sample
+  double watched = 0.0;  // s, of that without gaps: how long the filter has had to learn
+};
+
 /// A filter at work on the arm.
 template <class Filter>
 class Engine {
@@ -99,11 +105,11 @@ class Engine {
     believe_rest(y);
   }
 
-  /// Moves the belief over dt (s) from t (s) under the held torque u (N.m). Returns false, and
-  /// leaves the belief as it was, where the numbers went wrong.
-  bool predict(double t, double dt, double u) {
-    const Interval interval{t, dt, u};
-    if (!filter_.predict(arm_step(interval), step_noise(t, dt))) return false;
+  /// Moves the belief over dt (s) from a moment on under the held torque u (N.m). Returns false,
+  /// and leaves the belief as it was, where the numbers went wrong.
+  bool predict(const Moment& from, double dt, double u) {
+    const Interval interval{from.t, dt, u};
+    if (!filter_.predict(arm_step(interval), step_noise(from.watched, dt))) return false;
     last_ = interval;
     return true;
   }
@@ -114,26 +120,34 @@ class Engine {
     return filter_.innovation(MeasuredRow{kMeasuredState}, y, variance);
   }
 
-  /// Takes the innovation at t (s) into the belief, and into what is thought of the model's error.
-  void update(const Innovation& innovation, double t) {
+  /// Takes the innovation into the belief, and into what is thought of the model's error.
+  void update(const Innovation& innovation, const Moment& at) {
     if (acts_on_sensor_) {
       filter_.update(arm_step(last_), arm_sensor(), innovation);
     } else {
       filter_.update(arm_step(last_), MeasuredRow{kMeasuredState}, innovation);
     }
     if (adapts_) {
-      adapt(innovation, t);
+      adapt(innovation, at.watched);
     } else {
       const ModelError& error = settings_->noise.model_error;
-      follow_model_error(innovation, t, error.gain, error.time_s);
+      follow_model_error(innovation, at.watched, error.gain, error.time_s);
     }
     refresh_parameters();
   }
 
   /// Leaves an outlier out of the belief. To an adaptive filter it still tells of noise: else one
   /// that trusts itself too much would reject all that could correct it.
-  void reject(const Innovation& innovation, double t) {
-    if (adapts_) adapt(innovation, t);
+  void reject(const Innovation& innovation, const Moment& at) {
+    if (adapts_) adapt(innovation, at.watched);
+  }
+
+  /// Whether every variance of the belief is one, and its motor has not run away.
+  bool is_sound() const {
+    if (!(std::abs(filter_.mean()[kMeasuredState]) < kRunawaySpeed)) return false;
+    for (int i = 0; i < filter_.shape().size(); ++i)
+      if (const double v = filter_.covariance(i, i); !(v > 0.0 && std::isfinite(v))) return false;
+    return true;
   }
 
   /// Where this belief would be after dt (s), and how that hangs together with it. For filters that
@@ -142,11 +156,11 @@ class Engine {
     Image<Shape> image;
     Gaussian<Shape> belief;
   };
-  Prediction prediction(const Gaussian<Shape>& belief, double t, double dt, double u) {
+  Prediction prediction(const Gaussian<Shape>& belief, const Moment& from, double dt, double u) {
     filter_.believe(belief);
     refresh_parameters();
-    Prediction ahead{filter_.image(arm_step({t, dt, u})), belief};
-    move_to(ahead.belief, ahead.image, step_noise(t, dt));
+    Prediction ahead{filter_.image(arm_step({from.t, dt, u})), belief};
+    move_to(ahead.belief, ahead.image, step_noise(from.watched, dt));
     return ahead;
   }
 
@@ -183,23 +197,24 @@ class Engine {
   }
 
   /// Towards `gain` times the innovation's square, over time_s.
-  void follow_model_error(const Innovation& innovation, double t, double gain, double time_s) {
+  void follow_model_error(const Innovation& innovation, double watched, double gain,
+                          double time_s) {
     const double seen = gain * innovation.value * innovation.value;
-    model_error_ += std::min(1.0, (t - updated_at_) / time_s) * (seen - model_error_);
+    model_error_ += std::min(1.0, (watched - updated_at_) / time_s) * (seen - model_error_);
     const double least = settings_->noise.model_error.least;
     model_error_ = std::max(model_error_, least * least);
-    updated_at_ = t;
+    updated_at_ = watched;
   }
 
   /// An adaptive filter takes what it cannot explain for noise of sensor and torque. The model's
   /// error only bridges the beginning; while it counts, nothing is learnt but from innovations that
   /// are beyond it as well.
-  void adapt(const Innovation& innovation, double t) {
+  void adapt(const Innovation& innovation, double watched) {
     constexpr double kCounts = 0.01;  // of the sensor's variance
     constexpr double kBeyond = 9.0;   // normalised innovation squared
     if (model_error_ < kCounts * sensor_variance() || innovation.nis() > kBeyond)
-      adaptation_.learn(innovation, t - updated_at_);
-    follow_model_error(innovation, t, 0.0, settings_->adaptation.settle_s);
+      adaptation_.learn(innovation, watched - updated_at_);
+    follow_model_error(innovation, watched, 0.0, settings_->adaptation.settle_s);
   }
 
   int states() const { return filter_.shape().states(); }
@@ -225,7 +240,7 @@ class Engine {
     return coordinates_->natural_unit(k, parameters_[coordinates_->unknowns()[k]]);
   }
 
-  StepNoise<Shape> step_noise(double t, double dt) const {
+  StepNoise<Shape> step_noise(double watched, double dt) const {
     const Noise& noise = settings_->noise;
     const auto variance = [&](double density) {
       return (density * density + kLeastNoise * kLeastNoise) * dt;
@@ -236,7 +251,7 @@ class Engine {
     const double factor = adaptation_.state_factor();
     for (int i = 0; i < kMassCount; ++i)
       sum[kMasses[i].speed] = variance(mobility[i] * noise.torque[i] * factor);
-    const double walk = noise.parameter_walk.at(t);
+    const double walk = noise.parameter_walk.at(watched);
     for (int k = 0; k < coordinates_->size(); ++k) {
       sum[states() + k] = variance(walk * natural_unit(k));
     }
@@ -253,7 +268,7 @@ class Engine {
   double model_error_;                               // (rad/s)^2, variance
   NoiseAdaptation adaptation_;
   bool adapts_ = false;
-  double updated_at_ = 0.0;  // s, time of the last measurement that was used
+  double updated_at_ = 0.0;  // s, watched when the last measurement was used
 };
 
 }  // namespace armukf

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "armukf/core/segments.hpp"
 #include "armukf/online/engine.hpp"
 #include "armukf/online/session.hpp"
 
@@ -40,7 +41,8 @@ struct RunnerStep {
 template <class Filter>
 class Runner {
  public:
-  Runner(Engine<Filter> engine, const Gate& gate) : engine_(std::move(engine)), gate_(gate) {}
+  Runner(Engine<Filter> engine, const Gate& gate)
+      : engine_(std::move(engine)), gate_(gate), is_gap_(gate.longest_gap_s) {}
 
   Engine<Filter>& engine() { return engine_; }
   const Engine<Filter>& engine() const { return engine_; }
@@ -51,25 +53,22 @@ class Runner {
 
   /// Of the last step.
   Passage passage() const { return passage_; }
+  const Moment& moment() const { return now_; }
 
   RunnerStep step(const Sample& sample) {
     if (!last_) first_time_ = sample.t;
     const Status before = predict(sample);
-    Innovation innovation = engine_.innovation(sample.y);
-    if (!(innovation.variance > 0.0)) {  // rounding has made the belief indefinite
-      passage_ = Passage::kAllAnew;
-      engine_.restart(sample.y);
-      innovation = engine_.innovation(sample.y);
-      last_ = sample;
-      return {Status::kReset, innovation, false};
-    }
-    const Status after = update(sample, innovation);
     last_ = sample;
+    // Rounding may make the belief indefinite, in the measured row or in another.
+    const Innovation innovation = engine_.innovation(sample.y);
+    if (!(innovation.variance > 0.0)) return reset(sample);
+    const Status after = update(sample, innovation);
+    if (!engine_.is_sound()) return reset(sample);
     return {before == Status::kOk ? after : before, innovation, after == Status::kOk};
   }
 
  private:
-  /// Brings the belief to the sample's time.
+  /// Brings the belief to the sample's time; a gap is none to learn in.
   Status predict(const Sample& sample) {
     passage_ = Passage::kStatesAnew;
     if (!last_) {
@@ -77,11 +76,16 @@ class Runner {
       return Status::kOk;
     }
     const double dt = sample.t - last_->t;
-    if (dt > gate_.longest_gap_s) {
+    const Moment before = now_;
+    now_.t = sample.t - first_time_;
+    const bool gap = is_gap_(dt);
+    if (gap) in_gaps_s_ += dt;
+    now_.watched = now_.t - in_gaps_s_;
+    if (gap) {
       engine_.believe_rest(sample.y);
       return Status::kGap;
     }
-    if (engine_.predict(last_->t - first_time_, dt, last_->u)) {
+    if (engine_.predict(before, dt, last_->u)) {
       passage_ = Passage::kMoved;
       return Status::kOk;
     }
@@ -91,11 +95,10 @@ class Runner {
   }
 
   Status update(const Sample& sample, const Innovation& innovation) {
-    const double t = sample.t - first_time_;
     if (std::isnan(sample.y)) return Status::kMissing;
     if (!(innovation.nis() <= gate_.nis)) {
       log_likelihood_ += innovation.log_likelihood_at(gate_.nis);
-      engine_.reject(innovation, t);
+      engine_.reject(innovation, now_);
       if (++rejected_in_a_row_ < gate_.patience) return Status::kRejected;
       rejected_in_a_row_ = 0;
       engine_.believe_rest(sample.y);
@@ -104,14 +107,24 @@ class Runner {
     }
     rejected_in_a_row_ = 0;
     log_likelihood_ += innovation.log_likelihood();
-    engine_.update(innovation, t);
+    engine_.update(innovation, now_);
     return Status::kOk;
+  }
+
+  /// Begins anew at a sample, which is not taken into the belief any more.
+  RunnerStep reset(const Sample& sample) {
+    passage_ = Passage::kAllAnew;
+    engine_.restart(sample.y);
+    return {Status::kReset, engine_.innovation(sample.y), false};
   }
 
   Engine<Filter> engine_;
   Gate gate_;
+  GapWatch is_gap_;
   std::optional<Sample> last_;
   double first_time_ = 0.0;
+  double in_gaps_s_ = 0.0;
+  Moment now_;
   double log_likelihood_ = 0.0;
   int rejected_in_a_row_ = 0;
   Passage passage_ = Passage::kStatesAnew;

@@ -85,16 +85,15 @@ struct Session::State {
   Estimate pass_over(const Sample& sample) const;
   Sample usable(Sample sample);
   void report(const AnyRunner& leader);
-  void decide(double t);
+  void decide();
 
   Model model;
   FreeCoordinates coordinates;
   EstimatorSettings settings;
   std::vector<AnyRunner> runners;
-  std::size_t winner = 0;  // of the race, as a position in its starts
-  std::optional<double> first_time;
-  double last_time = 0.0;    // of the last sample that was taken
-  double last_torque = 0.0;  // N.m
+  std::size_t winner = 0;           // of the race, as a position in its starts
+  std::optional<double> last_time;  // of the last sample that was taken
+  double last_torque = 0.0;         // N.m
   std::vector<double> values;
   std::vector<double> deviations;
 };
@@ -121,8 +120,9 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
 }
 
 /// Ends the race once its time is over: the likeliest runner goes on alone.
-void Session::State::decide(double t) {
-  if (runners.size() == 1 || t < settings.race.duration_s) return;
+void Session::State::decide() {
+  const Moment now = std::visit([](const auto& r) { return r.moment(); }, runners.front());
+  if (runners.size() == 1 || now.watched < settings.race.duration_s) return;
   const auto best = std::ranges::max_element(runners, {}, log_likelihood);
   winner = static_cast<std::size_t>(best - runners.begin());
   std::iter_swap(runners.begin(), best);
@@ -153,8 +153,7 @@ Sample Session::State::usable(Sample sample) {
 }
 
 Estimate Session::State::step(const Sample& raw) {
-  if (!std::isfinite(raw.t) || (first_time && raw.t <= last_time)) return pass_over(raw);
-  if (!first_time) first_time = raw.t;
+  if (!std::isfinite(raw.t) || (last_time && raw.t <= *last_time)) return pass_over(raw);
   const Sample sample = usable(raw);
   Estimate estimate{};
   const AnyRunner* leader = nullptr;
@@ -173,7 +172,7 @@ Estimate Session::State::step(const Sample& raw) {
     estimate.status = Status::kRejected;
   estimate.values = values;
   estimate.deviations = deviations;
-  decide(sample.t - *first_time);
+  decide();
   return estimate;
 }
 
@@ -204,6 +203,8 @@ Session::Session(Session&&) noexcept = default;
 Session& Session::operator=(Session&&) noexcept = default;
 
 Estimate Session::step(const Sample& sample) { return state_->step(sample); }
+
+bool Session::decided() const { return state_->runners.size() == 1; }
 
 std::size_t Session::start() const { return state_->winner; }
 

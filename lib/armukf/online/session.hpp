@@ -43,7 +43,8 @@ class Session {
   /// no machine has, is rejected; a torque that is no number is taken for the last one.
   Estimate step(const Sample& sample);
 
-  /// Which start of the race goes on, once it is decided.
+  /// Whether the race of the starts is over, and which of them goes on then.
+  bool decided() const;
   std::size_t start() const;
 
   /// The model with the unknown parameters as believed now; before the first sample, as at the

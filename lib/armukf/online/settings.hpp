@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "armukf/core/segments.hpp"
 #include "armukf/filter/adaptation.hpp"
 #include "armukf/filter/annealing.hpp"
 #include "armukf/filter/spread.hpp"
@@ -48,13 +49,14 @@ struct StatePrior {
 
 /// What to do about measurements that cannot be.
 struct Gate {
-  double nis = 25.0;            // reject beyond this normalised innovation squared: five deviations
-  int patience = 40;            // samples rejected in a row after which the states start anew
-  double longest_gap_s = 0.05;  // s; after a longer one the states start anew
+  double nis = 25.0;  // reject beyond this normalised innovation squared: five deviations
+  int patience = 40;  // samples rejected in a row after which the states start anew
+  double longest_gap_s = kLongestGapS;  // s; a longer interval, of five usual ones as well, is a
+                                        // gap, after which the states start anew
 };
 
-/// Several filters that begin at different values of the parameters; after `duration_s` the
-/// likeliest goes on alone. Each start multiplies parameters by factors.
+/// Several filters that begin at different values of the parameters; after `duration_s`, gaps left
+/// out, the likeliest goes on alone. Each start multiplies parameters by factors.
 struct Race {
   double duration_s = 2.0;
   std::vector<StartFactors> starts = filter_starts();

@@ -27,7 +27,7 @@ std::size_t winner(const Model& model, const EstimatorSettings& settings,
   Session session(model, settings);
   for (const Sample& sample : samples) {
     session.step(sample);
-    if (sample.t - samples.front().t >= settings.race.duration_s) break;
+    if (session.decided()) break;
   }
   return session.start();
 }
@@ -39,15 +39,17 @@ class History {
   History(Shape shape, std::size_t samples) : shape_(shape) {
     numbers_.reserve(samples * size());
     passages_.reserve(samples);
+    moments_.reserve(samples);
   }
 
-  void add(const Gaussian<Shape>& belief, Passage passage) {
+  void add(const Gaussian<Shape>& belief, Passage passage, const Moment& moment) {
     const int n = shape_.size();
     numbers_.insert(numbers_.end(), belief.mean.begin(), belief.mean.begin() + n);
     for (int i = 0; i < n; ++i)
       numbers_.insert(numbers_.end(), belief.covariance[i].begin(),
                       belief.covariance[i].begin() + i + 1);
     passages_.push_back(passage);
+    moments_.push_back(moment);
   }
 
   Gaussian<Shape> belief(std::size_t k) const {
@@ -60,8 +62,9 @@ class History {
     return belief;
   }
 
-  /// How belief k came about.
+  /// How belief k came about, and when.
   Passage passage(std::size_t k) const { return passages_[k]; }
+  const Moment& moment(std::size_t k) const { return moments_[k]; }
 
  private:
   std::size_t size() const {
@@ -72,6 +75,7 @@ class History {
   Shape shape_;
   std::vector<double> numbers_;
   std::vector<Passage> passages_;
+  std::vector<Moment> moments_;
 };
 
 /// The belief about the parameters after the states have started anew: these tell nothing, and so
@@ -114,7 +118,7 @@ class Smoother {
   void forwards() {
     for (std::size_t k = 0; k < samples_.size(); ++k) {
       const RunnerStep step = runner_.step(samples_[k]);
-      history_.add(runner_.engine().filter().belief(), runner_.passage());
+      history_.add(runner_.engine().filter().belief(), runner_.passage(), runner_.moment());
       result_.statuses.push_back(step.status);
       result_.tally.add(step.estimate(samples_[k]));
       tell(0.5 * static_cast<double>(k) / static_cast<double>(samples_.size()), k);
@@ -146,7 +150,7 @@ class Smoother {
     }
     const Sample& sample = samples_[k];
     const auto [image, predicted] = runner_.engine().prediction(
-        belief, sample.t - samples_.front().t, samples_[k + 1].t - sample.t, sample.u);
+        belief, history_.moment(k), samples_[k + 1].t - sample.t, sample.u);
     step_(belief, predicted, image, after);
   }
 

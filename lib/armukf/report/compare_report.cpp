@@ -55,12 +55,25 @@ std::string heading(const Comparison& c, const Model* truth) {
 std::string outcome_lines(const Comparison& c) {
   const ClosingSimulation& recursive = c.recursive.simulation;
   const ClosingSimulation& batch = c.batch_simulation;
-  return fmt::format(
-      "  {:<20} {:>10.2f} % {:>23.2f} %  from initial states of the first tenth\n"
-      "  {:<20} {:>12.5g} {:>23.5g}    (rad/s)^2\n"
-      "  {:<20} {:>12.3g} {:>23.3g}    s\n",
-      "simulation fit", recursive.fit_percent, batch.fit_percent, "simulation MSE", recursive.mse,
-      batch.mse, "time taken", c.recursive.estimate.seconds, c.batch.seconds);
+  const auto fit_line = [](std::string_view name, double a, double b, std::string_view from) {
+    return fmt::format("  {:<20} {:>10.2f} % {:>23.2f} %  {}\n", name, a, b, from);
+  };
+  const auto line = [](std::string_view name, double a, double b, std::string_view unit) {
+    return fmt::format("  {:<20} {:>12.5g} {:>23.5g}    {}\n", name, a, b, unit);
+  };
+  const bool angle = recursive.free && batch.free;
+  std::string text =
+      fit_line("simulation fit", recursive.fit_percent, batch.fit_percent,
+               angle ? "from initial states of the first tenth, over the measured angle"
+                     : "from initial states of the first tenth") +
+      line("simulation MSE", recursive.mse, batch.mse, "(rad/s)^2");
+  if (angle)
+    text += fit_line("free simulation fit", fit_percent(*recursive.free), fit_percent(*batch.free),
+                     "over the angle as simulated") +
+            line("free simulation MSE", mean_square_error(*recursive.free),
+                 mean_square_error(*batch.free), "(rad/s)^2");
+  return text + fmt::format("  {:<20} {:>12.3g} {:>23.3g}    s\n", "time taken",
+                            c.recursive.estimate.seconds, c.batch.seconds);
 }
 
 }  // namespace

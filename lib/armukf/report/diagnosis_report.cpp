@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "armukf/report/estimate_report.hpp"
+
 namespace armukf {
 namespace {
 
@@ -34,11 +36,13 @@ constexpr Experiment kExperiments[]{
 };
 
 Json measures_json(const Measures& m) {
-  return {{"fit_percent", m.fit_percent},
-          {"mse", m.mse},
-          {"one_step_rmse", m.one_step_rmse},
-          {"log_likelihood", m.log_likelihood},
-          {"ljung_box_p", m.ljung_box_p}};
+  Json json{{"fit_percent", m.fit_percent},
+            {"mse", m.mse},
+            {"one_step_rmse", m.one_step_rmse},
+            {"log_likelihood", m.log_likelihood},
+            {"ljung_box_p", m.ljung_box_p}};
+  json.update(angle_json(m.free));
+  return json;
 }
 
 /// An effect's name as the contract has it, and its site where it has one.
@@ -94,15 +98,24 @@ Json candidate_json(const Candidate& c) {
 }
 
 std::string measures_row(std::string_view name, double before, double after) {
-  return fmt::format("  {:<44} {:>12.6g} {:>12.6g}\n", name, before, after);
+  return fmt::format("  {:<57} {:>12.6g} {:>12.6g}\n", name, before, after);
 }
 
 std::string measures_text(const Diagnosis& d) {
-  std::string text = fmt::format("  {:<44} {:>12} {:>12}\n", "", "before", "after");
+  std::string text = fmt::format("  {:<57} {:>12} {:>12}\n", "", "before", "after");
   const auto rows = [&](std::string_view of, const Measures& before, const Measures& after) {
-    text += measures_row(fmt::format("{}: simulation fit, %", of), before.fit_percent,
+    const bool angle = before.free && after.free;
+    const std::string_view over = angle ? " over measured angle" : "";
+    text += measures_row(fmt::format("{}: simulation fit{}, %", of, over), before.fit_percent,
                          after.fit_percent);
-    text += measures_row(fmt::format("{}: simulation MSE, (rad/s)^2", of), before.mse, after.mse);
+    text += measures_row(fmt::format("{}: simulation MSE{}, (rad/s)^2", of, over), before.mse,
+                         after.mse);
+    if (angle) {
+      text += measures_row(fmt::format("{}: free simulation fit, %", of), fit_percent(*before.free),
+                           fit_percent(*after.free));
+      text += measures_row(fmt::format("{}: free simulation MSE, (rad/s)^2", of),
+                           mean_square_error(*before.free), mean_square_error(*after.free));
+    }
     text += measures_row(fmt::format("{}: one step RMSE, rad/s", of), before.one_step_rmse,
                          after.one_step_rmse);
     text += measures_row(fmt::format("{}: log-likelihood", of), before.log_likelihood,
@@ -127,8 +140,10 @@ std::string experiment_for(const FoundEffect& effect) {
 }
 
 std::string effect_text(const Diagnosis& d, const FoundEffect& effect) {
-  std::string text = fmt::format("  {}: validation error {:.1f} % lower, p {:.2g}\n", effect.effect,
-                                 effect.mse_reduction_percent, effect.p_value);
+  std::string text =
+      fmt::format("  {}: validation error {:.1f} % lower{}, p {:.2g}\n", effect.effect,
+                  effect.mse_reduction_percent,
+                  d.after.model.has_angle() ? " over the measured angle" : "", effect.p_value);
   for (const int i : parameters_of_effect(d.after.model, effect.effect)) {
     const Parameter& p = d.after.model.parameters[i];
     text += fmt::format("    {:<26} {:>12.6g} ± {:<9.2g} {}\n", p.name, p.value,
@@ -184,8 +199,10 @@ Json diagnosis_json(const DiagnosisSummary& s) {
 
 std::string diagnosis_text(const DiagnosisSummary& s) {
   const Diagnosis& d = s.diagnosis;
-  std::string text = fmt::format("base fit to {}: {:.2f} %, {} of {} starts agree\n", s.estimation,
-                                 d.base.best.fit_percent, d.base.agreeing, d.base.starts);
+  std::string text = fmt::format("base fit to {}: {:.2f} %{}, {} of {} starts agree\n",
+                                 s.estimation, d.base.best.fit_percent,
+                                 d.base.best.model.has_angle() ? " over the measured angle" : "",
+                                 d.base.agreeing, d.base.starts);
   if (d.base.agreeing < 2)
     text += "  note: the starts disagree; what follows may trace a bad minimum\n";
   text += candidates_text(d);

@@ -94,13 +94,25 @@ nlohmann::ordered_json estimate_json(const EstimateSummary& s) {
   return json;
 }
 
-nlohmann::ordered_json simulation_json(const ClosingSimulation& s) {
-  return {{"fit_percent", s.fit_percent}, {"mse", s.mse}, {"samples", s.samples}};
+nlohmann::ordered_json angle_json(const std::optional<ErrorSums>& free) {
+  nlohmann::ordered_json json{{"over_measured_angle", free.has_value()}};
+  if (free) json["free"] = {{"fit_percent", fit_percent(*free)}, {"mse", mean_square_error(*free)}};
+  return json;
 }
 
-std::string simulation_text(double fit_percent, double mse) {
+nlohmann::ordered_json simulation_json(const ClosingSimulation& s) {
+  nlohmann::ordered_json json{
+      {"fit_percent", s.fit_percent}, {"mse", s.mse}, {"samples", s.samples}};
+  json.update(angle_json(s.free));
+  return json;
+}
+
+std::string simulation_text(double percent, double mse, const std::optional<ErrorSums>& free) {
   if (!std::isfinite(mse)) return "cannot be simulated with these values";
-  return fmt::format("fit {:.2f} %, MSE {:.5g} (rad/s)^2", fit_percent, mse);
+  const std::string text = fmt::format("fit {:.2f} %, MSE {:.5g} (rad/s)^2", percent, mse);
+  if (!free) return text;
+  return fmt::format("{} over the measured angle (free: {})", text,
+                     simulation_text(fit_percent(*free), mean_square_error(*free), {}));
 }
 
 std::string estimate_text(const EstimateSummary& s) {
@@ -117,11 +129,12 @@ std::string estimate_text(const EstimateSummary& s) {
       "  one step ahead: fit {:.2f} %, RMSE {:.4g} rad/s, mean NIS {:.3f}, Ljung-Box p {:.2g}\n",
       innovations.fit_percent(), innovations.rmse(), innovations.mean_nis(),
       innovations.ljung_box_p());
-  text += fmt::format("  simulated with the final parameters: {}{}\n",
-                      simulation_text(s.simulation.fit_percent, s.simulation.mse),
-                      s.simulation.samples < e.tally.samples()
-                          ? fmt::format(", over the first {} samples", s.simulation.samples)
-                          : "");
+  text +=
+      fmt::format("  simulated with the final parameters: {}{}\n",
+                  simulation_text(s.simulation.fit_percent, s.simulation.mse, s.simulation.free),
+                  s.simulation.samples < e.tally.samples()
+                      ? fmt::format(", over the first {} samples", s.simulation.samples)
+                      : "");
   return text + caveat(innovations);
 }
 

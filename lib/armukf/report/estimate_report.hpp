@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,9 +29,15 @@ std::vector<std::string> augmented_names(const Model& model);
 nlohmann::ordered_json counts_json(const Tally& tally);
 nlohmann::ordered_json innovation_json(const InnovationStatistics& innovations);
 
-/// How a simulation did; "cannot be simulated with these values" where it ran away.
+/// How a simulation did; "cannot be simulated with these values" where it ran away. `free`, of a
+/// model with effects of the motor's angle, is the simulation that follows its own angle beside the
+/// one over the measured angle, and is said wherever that one is.
 nlohmann::ordered_json simulation_json(const ClosingSimulation& simulation);
-std::string simulation_text(double fit_percent, double mse);
+std::string simulation_text(double fit_percent, double mse, const std::optional<ErrorSums>& free);
+
+/// {"over_measured_angle", and if so "free": {"fit_percent", "mse"}}, to stand beside a
+/// simulation's figures.
+nlohmann::ordered_json angle_json(const std::optional<ErrorSums>& free);
 
 /// The header of the rows that `write_row` writes.
 void write_header(CsvWriter& writer, const Model& model);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "armukf/core/error.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/report/estimate_report.hpp"
 #include "armukf/report/parameters_json.hpp"
@@ -75,13 +76,15 @@ Json initial_state_of(const Model& model, const InitialStates& initial) {
 
 std::string experiment_line(const Experiment& e) {
   return fmt::format("  {} from {:g} s: {} samples, {}\n", e.file, e.from_s, e.samples,
-                     simulation_text(e.fit.fit_percent, e.fit.mse));
+                     simulation_text(e.fit.fit_percent, e.fit.mse, e.fit.free));
 }
 
 Json experiment_json(const Model& model, const Experiment& e) {
-  return {{"file", e.file},       {"from_s", e.from_s},
-          {"samples", e.samples}, {"fit_percent", e.fit.fit_percent},
-          {"mse", e.fit.mse},     {"initial_state", initial_state_of(model, e.fit.initial)}};
+  Json json{{"file", e.file},       {"from_s", e.from_s},
+            {"samples", e.samples}, {"fit_percent", e.fit.fit_percent},
+            {"mse", e.fit.mse},     {"initial_state", initial_state_of(model, e.fit.initial)}};
+  json.update(angle_json(e.fit.free));
+  return json;
 }
 
 std::string initial_line(const Model& model, const InitialStates& initial) {
@@ -125,6 +128,10 @@ FitSummary fit_summary(const Model& model, const std::vector<Record>& records,
                        const IdentifySettings& settings) {
   const auto begin = std::chrono::steady_clock::now();
   FitSummary summary{identify(model, records, settings)};
+  if (!std::isfinite(summary.identification.mse))
+    throw InputError(records.front().name, 0, "y",
+                     settings.starts > 1 ? "cannot be simulated from any of the start values"
+                                         : "cannot be simulated from the start values");
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   summary.seconds = taken.count();
   return summary;
@@ -135,23 +142,25 @@ nlohmann::ordered_json fit_json(const FitSummary& s) {
   Json experiments = Json::array();
   for (const Experiment& e : found.experiments)
     experiments.push_back(experiment_json(found.model, e));
-  return {{"parameters", parameters_of(found)},
-          {"experiments", experiments},
-          {"fit_percent", found.fit_percent},
-          {"mse", found.mse},
-          {"fpe", found.fpe},
-          {"aic", found.aic},
-          {"bic", found.bic},
-          {"iterations", found.iterations},
-          {"evaluations", found.evaluations},
-          {"termination", found.termination},
-          {"converged", found.converged},
-          {"starts", found.starts},
-          {"starts_agreeing", found.agreeing},
-          {"huber_scale", found.huber_scale},
-          {"correlation", correlation_of(found)},
-          {"poorly_determined", poorly_determined(found)},
-          {"seconds", s.seconds}};
+  Json json{{"parameters", parameters_of(found)},
+            {"experiments", experiments},
+            {"fit_percent", found.fit_percent},
+            {"mse", found.mse},
+            {"fpe", found.fpe},
+            {"aic", found.aic},
+            {"bic", found.bic},
+            {"iterations", found.iterations},
+            {"evaluations", found.evaluations},
+            {"termination", found.termination},
+            {"converged", found.converged},
+            {"starts", found.starts},
+            {"starts_agreeing", found.agreeing},
+            {"huber_scale", found.huber_scale},
+            {"correlation", correlation_of(found)},
+            {"poorly_determined", poorly_determined(found)},
+            {"seconds", s.seconds}};
+  json.update(angle_json(found.free));
+  return json;
 }
 
 std::string fit_text(const FitSummary& s) {
@@ -163,9 +172,9 @@ std::string fit_text(const FitSummary& s) {
     text += experiment_line(e);
     text += initial_line(found.model, e.fit.initial);
   }
-  text +=
-      fmt::format("  {}, FPE {:.5g}, AIC {:.6g}, BIC {:.6g}\n",
-                  simulation_text(found.fit_percent, found.mse), found.fpe, found.aic, found.bic);
+  text += fmt::format("  {}, FPE {:.5g}, AIC {:.6g}, BIC {:.6g}\n",
+                      simulation_text(found.fit_percent, found.mse, found.free), found.fpe,
+                      found.aic, found.bic);
   if (found.starts > 1)
     text += fmt::format("  {} of {} starts ended in this minimum\n", found.agreeing, found.starts);
   text += correlation_lines(found);

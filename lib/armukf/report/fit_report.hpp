@@ -16,7 +16,7 @@ struct FitSummary {
   double seconds = 0.0;
 };
 
-/// The batch estimate, timed.
+/// The batch estimate, timed. InputError where no start can be simulated.
 FitSummary fit_summary(const Model& model, const std::vector<Record>& records,
                        const IdentifySettings& settings);
 

@@ -1,0 +1,56 @@
+#include "armukf/report/diagnosis_report.hpp"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace armukf {
+namespace {
+
+/// A diagnosis that has found ripple: simulated over the measured angle it halves the error, freely
+/// it drifts.
+DiagnosisSummary summary(bool angle) {
+  DiagnosisSummary s;
+  s.estimation = "a.csv";
+  s.validation = "b.csv";
+  s.diagnosis.base.best.model = published_arm();
+  s.diagnosis.after.model = published_arm();
+  s.diagnosis.before_estimation.mse = s.diagnosis.before_validation.mse = 0.25;
+  s.diagnosis.after_estimation.mse = s.diagnosis.after_validation_measures.mse = 0.125;
+  if (!angle) return s;
+  s.diagnosis.after.model.add_effect("torque_ripple");
+  s.diagnosis.effects.push_back({"torque_ripple", 1e-9, 50.0, {}});
+  const ErrorSums before{100, 25.0, 1000.0};
+  const ErrorSums after{100, 31.25, 1000.0};
+  s.diagnosis.before_estimation.free = s.diagnosis.before_validation.free = before;
+  s.diagnosis.after_estimation.free = s.diagnosis.after_validation_measures.free = after;
+  return s;
+}
+
+bool says(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(DiagnosisReport, ComparesBeforeAndAfterAlike) {
+  const nlohmann::ordered_json json = diagnosis_json(summary(true));
+  for (const char* when : {"before", "after"})
+    for (const char* record : {"estimation", "validation"}) {
+      EXPECT_EQ(json[when][record]["over_measured_angle"], true);
+      EXPECT_EQ(json[when][record]["free"]["mse"], when == std::string("before") ? 0.25 : 0.3125);
+    }
+  const std::string text = diagnosis_text(summary(true));
+  EXPECT_TRUE(says(text, "validation: simulation MSE over measured angle, (rad/s)^2"));
+  EXPECT_TRUE(says(text, "validation: free simulation MSE, (rad/s)^2"));
+  EXPECT_TRUE(says(text, "validation error 50.0 % lower over the measured angle"));
+}
+
+TEST(DiagnosisReport, SaysNothingOfAnAngleThatIsNotThere) {
+  const nlohmann::ordered_json json = diagnosis_json(summary(false));
+  EXPECT_EQ(json["after"]["validation"]["over_measured_angle"], false);
+  EXPECT_FALSE(json["after"]["validation"].contains("free"));
+  EXPECT_FALSE(says(diagnosis_text(summary(false)), "angle"));
+}
+
+}  // namespace
+}  // namespace armukf
