@@ -71,7 +71,7 @@ Eigen::MatrixXd ScoreTest::sensitivities_of(const Trial& trial) const {
     const JacobianMatrix all = sensitivities(trial.model, x0, pieces_, propagation_, directions);
     return Eigen::MatrixXd(all(measured_, Eigen::all));
   };
-  const Eigen::MatrixXd columns = simulated();
+  Eigen::MatrixXd columns = simulated();
   if (trial.angle_state < 0) return columns;
   for (std::vector<double>& x : x0) x[trial.angle_state] = 0.5 * std::numbers::pi / trial.harmonic;
   const Eigen::MatrixXd turned = simulated();
