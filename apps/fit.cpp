@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -33,7 +34,10 @@ void fit(FitOptions& o) {
   ModelFile start = chosen_model(o.model);
   o.settings.propagation = start.settings.propagation;
   o.settings.longest_gap_s = start.settings.gate.longest_gap_s;
-  o.settings.initial = chosen_initial(o.initial, start.model, published_choice(start.model));
+  const bool predicts = o.settings.criterion == Criterion::kPrediction;
+  o.settings.initial =
+      chosen_initial(o.initial, start.model,
+                     predicts ? prediction_choice(start.model) : published_choice(start.model));
   std::vector<Record> records;
   for (const std::string& file : o.files) records.push_back(read_record(file, o.columns));
   const std::string found = find_start(o.start, o.model, records.front(), o.columns, start);
@@ -47,7 +51,8 @@ void fit(FitOptions& o) {
 void add_fit(CLI::App& program) {
   CLI::App& command = *program.add_subcommand("fit", "Batch grey-box estimate of the parameters");
   command.footer(
-      "Output-error least squares, as nlgreyest does it. Twists start at 0 and speeds are free,\n"
+      "Least squares; of the simulation, as nlgreyest does it. Twists start at 0 and speeds are "
+      "free,\n"
       "unless --free-initial says otherwise. Across a gap (50 ms, five usual intervals) the input "
       "is\n"
       "not known: each piece counts as an experiment with initial states of its own.\n"
@@ -55,6 +60,15 @@ void add_fit(CLI::App& program) {
       "sd holds if the residuals are white, HAC sd whatever their colour.");
   const auto o = std::make_shared<FitOptions>();
   command.add_option("FILE", o->files, "records, as CSV; - is standard input")->required();
+  command
+      .add_option(
+          "--criterion", o->settings.criterion,
+          "error of the plain simulation, or of the prediction one sample ahead by a Kalman\n"
+          "filter of the states: better where the torque has noise that is not in u")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Criterion>{
+          {"simulation", Criterion::kSimulation}, {"prediction", Criterion::kPrediction}}))
+      ->type_name("simulation|prediction")
+      ->default_str("simulation");
   command
       .add_option("--starts", o->settings.starts,
                   "searches; all but the first from drawn start values")

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <random>
 
 #include "armukf/batch/output_error.hpp"
@@ -50,20 +52,107 @@ Model drawn(const Model& model, std::mt19937_64& generator) {
   return start;
 }
 
+/// What all searches share.
+struct Task {
+  const std::vector<Record>& records;
+  const IdentifySettings& settings;
+  SearchLimits limits;
+};
+
+/// Where a search from one start ended.
+struct Found {
+  Model model;
+  Minimum minimum;
+  std::vector<Gains> gains;       // one per record, if it was for predictions
+  std::optional<double> density;  // of the torque's noise, over the sensor's deviation
+  double loss = kInfinite;        // -ln of the likelihood, but for what is the same for all
+};
+
+double log_innovation_sd(const std::vector<Gains>& gains) {
+  double sum = 0.0;
+  for (const Gains& g : gains)
+    for (const double sd : g.innovation_sd)
+      if (std::isfinite(sd)) sum += std::log(sd);
+  return sum;
+}
+
+/// Searches from the model's values and those initial states on, the gains as they are.
+Found searched(const Model& model, const StatesOfPieces& x0, std::vector<Gains> gains,
+               const Task& task) {
+  const OutputError error(model, task.records, task.settings.initial, task.settings.propagation,
+                          gains);
+  Found found;
+  found.minimum = search(error, error.variables_of_model(x0), kInfinite, task.limits);
+  found.model = error.model_at(found.minimum.z.data());
+  found.loss = 0.5 * error.measured() * std::log(found.minimum.cost) + log_innovation_sd(gains);
+  found.gains = std::move(gains);
+  return found;
+}
+
+/// Initial states of each record, as that search left them.
+StatesOfPieces states_of(const Found& found, const Task& task) {
+  const OutputError error(found.model, task.records, task.settings.initial,
+                          task.settings.propagation, found.gains);
+  StatesOfPieces x0;
+  for (int e = 0; e < static_cast<int>(task.records.size()); ++e)
+    x0.push_back(error.initial_states_at(found.minimum.z.data(), e));
+  return x0;
+}
+
+std::vector<Gains> gains_at(const Model& model, const StatesOfPieces& x0, double density,
+                            const Task& task) {
+  std::vector<Gains> gains;
+  for (std::size_t e = 0; e < task.records.size(); ++e) {
+    const std::vector<Sample>& samples = task.records[e].samples;
+    std::vector<double> x = initial_guess(model, task.settings.initial, samples);
+    if (e < x0.size()) std::ranges::copy(x0[e], x.begin());
+    gains.push_back(filter_gains(model, x, samples, task.settings.propagation, density));
+  }
+  return gains;
+}
+
+/// From high gains to low ones, each from where the last search ended; then once more with the
+/// gains of the likeliest.
+Found searched_for_predictions(const Model& start, const Task& task) {
+  // N.m.s^1/2 per rad/s: from a filter that follows every measurement to one that hardly corrects.
+  constexpr std::array kDensities{1.0, 0.3, 0.1, 0.03, 0.01};
+  constexpr int kRounds = 2;  // gains of a level, then of where they lead
+  Found best;
+  Found now;
+  now.model = start;
+  StatesOfPieces x0 = task.settings.first_states;
+  int iterations = 0;
+  int evaluations = 0;
+  for (const double density : kDensities) {
+    for (int round = 0; round < kRounds; ++round) {
+      now = searched(now.model, x0, gains_at(now.model, x0, density, task), task);
+      now.density = density;
+      x0 = states_of(now, task);
+      iterations += now.minimum.iterations;
+      evaluations += now.minimum.evaluations;
+    }
+    if (now.loss < best.loss) best = now;
+  }
+  if (best.model.parameters.empty()) best = now;  // none could be predicted
+  best.minimum.iterations = iterations;
+  best.minimum.evaluations = evaluations;
+  return best;
+}
+
 /// Searches from several starts; the best minimum first.
-std::vector<Minimum> search_all(const Model& model, const std::vector<Record>& records,
-                                const IdentifySettings& settings, const SearchLimits& limits) {
-  std::mt19937_64 generator(settings.seed);
+std::vector<Found> search_all(const Model& model, const Task& task) {
+  std::mt19937_64 generator(task.settings.seed);
   std::vector<Model> starts{model};
-  while (static_cast<int>(starts.size()) < settings.starts)
+  while (static_cast<int>(starts.size()) < task.settings.starts)
     starts.push_back(drawn(model, generator));
-  std::vector<Minimum> minima(starts.size());
-  for_each_job(settings.threads, static_cast<int>(starts.size()), [&](int k) {
-    const OutputError error(starts[k], records, settings.initial, settings.propagation);
-    minima[k] = search(error, error.variables_of_model(settings.first_states), kInfinite, limits);
+  std::vector<Found> found(starts.size());
+  for_each_job(task.settings.threads, static_cast<int>(starts.size()), [&](int k) {
+    found[k] = task.settings.criterion == Criterion::kPrediction
+                   ? searched_for_predictions(starts[k], task)
+                   : searched(starts[k], task.settings.first_states, {}, task);
   });
-  std::ranges::stable_sort(minima, {}, &Minimum::cost);
-  return minima;
+  std::ranges::stable_sort(found, {}, &Found::loss);
+  return found;
 }
 
 /// Covariances of all variables: as if the residuals were white, and whatever their colour.
@@ -117,13 +206,22 @@ InitialStates initial_states(const OutputError& error, const std::vector<int>& f
   return initial;
 }
 
-void report_experiments(const std::vector<Record>& records, const Propagation& propagation,
+/// How the model simulates the records; where its states came from a filter, from those that fit a
+/// record's beginning best.
+void report_experiments(const std::vector<Record>& records, const IdentifySettings& settings,
                         const std::vector<InitialStates>& initial, Identification& result) {
+  constexpr double kBeginning = 0.1;  // of a record
   ErrorSums all;
   for (std::size_t e = 0; e < records.size(); ++e) {
     const std::vector<Sample>& samples = records[e].samples;
-    result.experiments.push_back({records[e].name, samples.front().t, samples.size(),
-                                  simulation_fit(result.model, initial[e], samples, propagation)});
+    const InitialStates from =
+        settings.criterion == Criterion::kSimulation
+            ? initial[e]
+            : fit_initial_states(result.model, all_free(result.model),
+                                 beginning(samples, kBeginning), settings.propagation);
+    result.experiments.push_back(
+        {records[e].name, samples.front().t, samples.size(),
+         simulation_fit(result.model, from, samples, settings.propagation)});
     all += error_sums(speeds_of(samples), result.experiments.back().fit.y);
     add_free(result.experiments.back().fit.free, result.free);
   }
@@ -134,11 +232,35 @@ void report_experiments(const std::vector<Record>& records, const Propagation& p
 /// Criteria that weigh a better fit against d free variables, as MATLAB defines them.
 void report_criteria(double measurements, double d, Identification& result) {
   const double share = d / measurements;
-  result.fpe = result.mse * (1.0 + share) / (1.0 - share);
-  const double likelihood =
-      measurements * (std::log(2.0 * std::numbers::pi * result.mse) + 1.0);  // -2 ln L
+  const double mse = result.noise ? std::pow(result.noise->rmse, 2) : result.mse;
+  result.fpe = mse * (1.0 + share) / (1.0 - share);
+  const double likelihood =  // -2 ln L
+      result.noise ? -2.0 * result.noise->log_likelihood
+                   : measurements * (std::log(2.0 * std::numbers::pi * mse) + 1.0);
   result.aic = likelihood + 2.0 * d;
   result.bic = likelihood + d * std::log(measurements);
+}
+
+/// What the predictions at that search's end say of the noise.
+PredictionNoise noise_of(const Found& found, const OutputError& error) {
+  PredictionNoise noise;
+  const OutputError::Evaluation at = error.evaluate(found.minimum.z.data());
+  if (!at.valid) return noise;
+  const double n = error.measured();
+  noise.sensor_sd = std::sqrt(at.r.squaredNorm() / n);
+  noise.torque_density = *found.density * noise.sensor_sd;
+  noise.log_likelihood =
+      -0.5 * n * (std::log(2.0 * std::numbers::pi * std::pow(noise.sensor_sd, 2)) + 1.0) -
+      log_innovation_sd(found.gains);
+  double sum = 0.0;
+  Eigen::Index row = 0;
+  for (const Gains& gains : found.gains)
+    for (const double sd : gains.innovation_sd) {
+      if (std::isfinite(sd)) sum += std::pow(at.r[row] * sd, 2);
+      ++row;
+    }
+  noise.rmse = std::sqrt(sum / n);
+  return noise;
 }
 
 /// Searches with Huber's loss from the model's values. Outliers may have spoilt the fit by squares,
@@ -172,27 +294,31 @@ Identification identify(const Model& model, const std::vector<Record>& records,
 
 Identification identify_pieces(const Model& model, const std::vector<Record>& records,
                                const IdentifySettings& settings) {
-  const OutputError error(model, records, settings.initial, settings.propagation);
-  check_length(error, records);
-  SearchLimits limits = limits_for(error);
-  limits.iterations = settings.iterations;
-  std::vector<Minimum> minima = search_all(model, records, settings, limits);
-  Minimum best = minima.front();
+  const OutputError unfitted(model, records, settings.initial, settings.propagation, {});
+  check_length(unfitted, records);
+  Task task{records, settings, limits_for(unfitted)};
+  task.limits.iterations = settings.iterations;
+  const std::vector<Found> all = search_all(model, task);
+  const Found& found = all.front();
+  Minimum best = found.minimum;
+  const OutputError error(found.model, records, settings.initial, settings.propagation,
+                          found.gains);
 
   Identification result;
-  result.starts = static_cast<int>(minima.size());
-  result.agreeing = static_cast<int>(std::ranges::count_if(minima, [&](const Minimum& m) {
-    return std::isfinite(m.cost) && m.cost <= (1.0 + kSameMinimum) * best.cost;
-  }));
+  result.starts = static_cast<int>(all.size());
+  const double same = found.loss + 0.5 * error.measured() * std::log1p(kSameMinimum);
+  result.agreeing = static_cast<int>(std::ranges::count_if(
+      all, [&](const Found& f) { return std::isfinite(f.minimum.cost) && f.loss <= same; }));
   result.huber_scale = kInfinite;
-  if (settings.robust) {
-    best = robust_search(error, error.variables_of_model(settings.first_states), best, limits,
-                         result.huber_scale);
-    minima.push_back(best);
+  for (const Found& f : all) {
+    result.iterations += f.minimum.iterations;
+    result.evaluations += f.minimum.evaluations;
   }
-  for (const Minimum& m : minima) {
-    result.iterations += m.iterations;
-    result.evaluations += m.evaluations;
+  if (settings.robust) {
+    const Variables start = unfitted.variables_of_model(settings.first_states);
+    best = robust_search(error, start, best, task.limits, result.huber_scale);
+    result.iterations += best.iterations;
+    result.evaluations += best.evaluations;
   }
   result.converged = best.converged;
   result.termination = best.termination;
@@ -202,8 +328,9 @@ Identification identify_pieces(const Model& model, const std::vector<Record>& re
   for (std::size_t e = 0; e < records.size(); ++e)
     initial.push_back(
         initial_states(error, settings.initial.free, best.z, static_cast<int>(e), spread));
+  if (found.density) result.noise = noise_of(found, error);
   report_parameters(spread, result);
-  report_experiments(records, settings.propagation, initial, result);
+  report_experiments(records, settings, initial, result);
   report_criteria(error.measured(), error.variables(), result);
   return result;
 }

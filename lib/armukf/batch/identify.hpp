@@ -14,10 +14,17 @@
 
 namespace armukf {
 
+/// What a fit minimises: the error of the plain simulation (output error), or that of the
+/// prediction one sample ahead by the model and a Kalman filter of its states (prediction error).
+/// The latter is the better estimate where the torque has noise that is not in u; but what its
+/// filter absorbs, an offset above all, it hardly sees.
+enum class Criterion { kSimulation, kPrediction };
+
 /// What the user may choose of a batch estimate, beside the model.
 struct IdentifySettings {
   Propagation propagation;
   InitialChoice initial;
+  Criterion criterion = Criterion::kSimulation;
   int starts = 1;          // searches; the first from the model's values, the rest drawn about them
   std::uint64_t seed = 1;  // of the drawn starts
   int threads = 0;         // searches at once; 0: one per processor
@@ -45,15 +52,24 @@ struct Experiment {
   SimulationFit fit;  // initial states with sd for residuals of any colour
 };
 
-/// Output-error least squares over one or more records.
+/// The noise that a prediction-error fit found.
+struct PredictionNoise {
+  double torque_density = 0.0;  // N.m.s^1/2, white torque noise at each mass
+  double sensor_sd = 0.0;       // rad/s, white sensor noise
+  double rmse = 0.0;            // rad/s, of the predictions one sample ahead
+  double log_likelihood = 0.0;
+};
+
+/// Least squares over one or more records.
 struct Identification {
   Model model;  // with the estimated values
   std::vector<ParameterEstimate> parameters;
-  SquareMatrix correlation;             // of the parameters' estimates, white residuals
-  std::vector<Experiment> experiments;  // a piece of a record each
-  double fit_percent = 0.0;             // over all experiments, each about its own mean
-  double mse = 0.0;                     // (rad/s)^2; infinite where no start can be simulated
-  std::optional<ErrorSums> free;        // over all experiments, as in SimulationFit
+  SquareMatrix correlation;              // of the parameters' estimates, white residuals
+  std::vector<Experiment> experiments;   // a piece of a record each
+  double fit_percent = 0.0;              // over all experiments, each about its own mean
+  double mse = 0.0;                      // (rad/s)^2; infinite where no start can be simulated
+  std::optional<PredictionNoise> noise;  // with Criterion::kPrediction
+  std::optional<ErrorSums> free;         // over all experiments, as in SimulationFit
   double fpe = 0.0;     // mse (1 + d/N) / (1 - d/N), d free variables, N measurements
   double aic = 0.0;     // N ln(mse) + N (ln(2 pi) + 1) + 2 d
   double bic = 0.0;     // the same with d ln(N)
@@ -66,10 +82,12 @@ struct Identification {
   double huber_scale = 0.0;  // rad/s, beyond which a residual counts less; infinite for squares
 };
 
-/// Minimises the squared simulation error of the motor speed over the model's unknown parameters
-/// and the free initial states of every record, which is what `nlgreyest` calls an output-error
-/// fit. Each piece of a record between its gaps is an experiment of its own. Throws InputError
-/// where the records are too short for that many unknowns.
+/// Minimises the squared error of the motor speed over the model's unknown parameters and the free
+/// initial states of every record: of the simulation, which is what `nlgreyest` calls an
+/// output-error fit, or of the prediction. The filter of the latter begins with a gain that follows
+/// every measurement, where no start is too far off, and ends at the likeliest of a few levels of
+/// torque noise. Each piece of a record between its gaps is an experiment of its own. Throws
+/// InputError where the records are too short for that many unknowns.
 Identification identify(const Model& model, const std::vector<Record>& records,
                         const IdentifySettings& settings);
 

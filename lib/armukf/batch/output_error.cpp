@@ -54,11 +54,13 @@ double fastest(const std::vector<Sample>& samples) {
 }  // namespace
 
 OutputError::OutputError(const Model& model, const std::vector<Record>& records,
-                         const InitialChoice& initial, const Propagation& propagation)
+                         const InitialChoice& initial, const Propagation& propagation,
+                         const std::vector<Gains>& gains)
     : model_(model),
       records_(records),
       initial_(initial),
       propagation_(propagation),
+      gains_(gains),
       unknowns_(model.unknowns()) {
   for (const Record& record : records) {
     rows_ += static_cast<int>(record.samples.size());
@@ -118,8 +120,10 @@ OutputError::Evaluation OutputError::evaluate(const double* v) const {
 bool OutputError::evaluate(const Model& model, const double* v, int record, Eigen::Index first,
                            Evaluation& all) const {
   const std::vector<Sample>& samples = records_[record].samples;
+  static const Gains kNone;
+  const Gains& gains = gains_.empty() ? kNone : gains_[record];
   Sensitivities found = sensitivities(model, initial_states_at(v, record), samples, propagation_,
-                                      {unknowns_, initial_.free});
+                                      {unknowns_, initial_.free}, gains);
   if (samples.empty()) return true;
   // A spring that winds further is not one: the search has let an arm go that then floats about and
   // mimics a drifting torque.
@@ -129,6 +133,9 @@ bool OutputError::evaluate(const Model& model, const double* v, int record, Eige
     const bool missing = std::isnan(samples[k].y);
     all.r[first + k] = missing ? 0.0 : found.y[k] - samples[k].y;
     if (missing) found.gradient.row(k).setZero();
+    if (gains.empty()) continue;
+    all.r[first + k] /= gains.innovation_sd[k];
+    found.gradient.row(k) /= gains.innovation_sd[k];
   }
   if (records_.size() == 1) {
     all.J = std::move(found.gradient);

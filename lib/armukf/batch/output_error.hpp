@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "armukf/batch/gains.hpp"
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/record.hpp"
 #include "armukf/fit/covariance.hpp"
@@ -14,12 +15,13 @@ namespace armukf {
 
 /// Simulated minus measured speed of one or more records, one after the other, as a function of
 /// the variables v: the unknown parameters, then the free initial states of each record, all in
-/// their own units.
+/// their own units. With gains it is the error of the prediction one sample ahead, over the
+/// deviation of its innovation.
 class OutputError {
  public:
   /// All arguments must outlive this.
   OutputError(const Model& model, const std::vector<Record>& records, const InitialChoice& initial,
-              const Propagation& propagation);
+              const Propagation& propagation, const std::vector<Gains>& gains);
 
   int rows() const { return rows_; }
   int measured() const { return measured_; }  // rows with a measurement
@@ -57,6 +59,7 @@ class OutputError {
   const std::vector<Record>& records_;
   const InitialChoice& initial_;
   const Propagation& propagation_;
+  const std::vector<Gains>& gains_;  // one per record, or none
   std::vector<int> unknowns_;
   int rows_ = 0;
   int measured_ = 0;

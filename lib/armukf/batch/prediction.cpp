@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "armukf/batch/gains.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/filter/kalman.hpp"
 #include "armukf/filter/linearised.hpp"
@@ -116,25 +117,34 @@ Gaussian<Shape> first_belief(const Setting& setting, Shape shape) {
   return belief;
 }
 
-/// The belief at sample k given the speed y; returns the innovation.
+/// What a measurement made of a belief.
 template <class Shape>
-Innovation updated(Gaussian<Shape>& belief, const Linearised<Shape>& rule,
-                   const Step<typename Linearised<Shape>::Number>& step, std::size_t k, double y) {
+struct Update {
+  Innovation innovation;
+  BeliefRow<Shape> covariance;  // of the belief before it and the measurement
+};
+
+/// The belief at sample k given the speed y.
+template <class Shape>
+Update<Shape> updated(Gaussian<Shape>& belief, const Linearised<Shape>& rule,
+                      const Step<typename Linearised<Shape>::Number>& step, std::size_t k,
+                      double y) {
   const Measurement<Shape> speed = rule.measurement(belief.shape, belief.mean, [&](const auto* x) {
     std::array<typename Linearised<Shape>::Number, Shape::kStates> states;
     std::copy_n(x, Shape::kStates, states.begin());
     return step.measured(states, k);
   });
-  const Innovation seen = innovation(belief, speed, y, 1.0);
-  condition(belief, speed.covariance(belief), seen);
-  return seen;
+  const Update<Shape> update{innovation(belief, speed, y, 1.0), speed.covariance(belief)};
+  condition(belief, update.covariance, update.innovation);
+  return update;
 }
 
 /// An extended Kalman filter of the states over the record, the sensor's noise variance 1 and the
 /// torque noise's density (N.m.s^1/2 per rad/s of sensor noise) as given. Calls visit(k, x) with
-/// the states believed at sample k, given the measurements before and at it.
-template <class Shape, class Visit>
-InnovationSums filter(const Setting& setting, Shape shape, double density, Visit visit) {
+/// the states believed at sample k, given the measurements before and at it, and after each
+/// measurement see(k, update).
+template <class Shape, class Visit, class See>
+InnovationSums filter(const Setting& setting, Shape shape, double density, Visit visit, See see) {
   using Number = typename Linearised<Shape>::Number;
   const Step<Number> step(setting);
   const Linearised<Shape> rule;
@@ -157,8 +167,9 @@ InnovationSums filter(const Setting& setting, Shape shape, double density, Visit
     }
     const double y = setting.samples[k].y;
     if (!std::isnan(y)) {
-      const Innovation seen = updated(belief, rule, step, k, y);
-      if (samples[k].t >= faded) sums.add(seen);
+      const Update<Shape> update = updated(belief, rule, step, k, y);
+      if (samples[k].t >= faded) sums.add(update.innovation);
+      see(k, update);
     }
     visit(k, belief.mean);
   }
@@ -171,13 +182,38 @@ template <class Shape, class Visit>
 InnovationSums visit_predictions(const Setting& setting, Shape shape, double density,
                                  std::size_t horizon, std::size_t stride, Visit visit) {
   const Step<double> step(setting);
-  return filter(setting, shape, density, [&](std::size_t k, const auto& belief) {
+  const auto predict = [&](std::size_t k, const auto& belief) {
     if (k + horizon >= setting.samples.size() || k % stride != 0) return;
     std::array<double, Shape::kStates> x{};
     std::copy_n(belief.begin(), shape.states(), x.begin());
     for (std::size_t i = 1; i <= horizon; ++i) step(x, k + i);
     visit(k + horizon, step.measured(x, k + horizon));
-  });
+  };
+  return filter(setting, shape, density, predict, [](std::size_t, const Update<Shape>&) {});
+}
+
+template <class Shape>
+Gains gains_of(const Setting& setting, Shape shape, double density) {
+  const std::size_t n = setting.samples.size();
+  Gains gains{shape.states(), std::vector<double>(n * shape.states(), 0.0),
+              std::vector<double>(n, kInfinite)};
+  const auto note = [&](std::size_t k, const Update<Shape>& update) {
+    for (int i = 0; i < shape.states(); ++i)
+      gains.rows[k * shape.states() + i] = update.covariance[i] / update.innovation.variance;
+    gains.innovation_sd[k] = std::sqrt(update.innovation.variance);
+  };
+  filter(
+      setting, shape, density, [](std::size_t, const auto&) {}, note);
+  return gains;
+}
+
+/// Calls visit(shape) with the shape of the model's states; all calls return the same type.
+template <class Visit>
+auto with_state_shape(const Model& model, Visit visit) {
+  const int states = static_cast<int>(model.states.size());
+  if (states == kArmStates) return visit(ArmShape{});
+  if (states <= FewShape::kStates) return visit(FewShape{states, states});
+  return visit(AnyShape{states, states});
 }
 
 /// The x in [low, high] of the least loss, where that has one minimum; by golden section.
@@ -247,10 +283,15 @@ Prediction predict_ahead(const Model& model, const std::vector<double>& x0,
                          const std::vector<Sample>& samples, const Propagation& propagation,
                          int horizon) {
   const Setting setting{model, x0, samples, propagation};
-  const int states = static_cast<int>(model.states.size());
-  if (states == kArmStates) return predict_ahead(setting, ArmShape{}, horizon);
-  if (states <= FewShape::kStates) return predict_ahead(setting, FewShape{states, states}, horizon);
-  return predict_ahead(setting, AnyShape{states, states}, horizon);
+  return with_state_shape(model,
+                          [&](auto shape) { return predict_ahead(setting, shape, horizon); });
+}
+
+Gains filter_gains(const Model& model, const std::vector<double>& x0,
+                   const std::vector<Sample>& samples, const Propagation& propagation,
+                   double density) {
+  const Setting setting{model, x0, samples, propagation};
+  return with_state_shape(model, [&](auto shape) { return gains_of(setting, shape, density); });
 }
 
 }  // namespace armukf

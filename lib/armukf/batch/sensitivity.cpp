@@ -14,7 +14,8 @@ using Number = Dual<kDirectionsAtOnce>;
 /// Fills y and the gradient's columns from `first` on, at most kDirectionsAtOnce of them.
 void differentiate(const Model& model, const std::vector<double>& x0,
                    const std::vector<Sample>& samples, const Propagation& propagation,
-                   const Directions& directions, int first, Sensitivities& result) {
+                   const Directions& directions, const Gains& gains, int first,
+                   Sensitivities& result) {
   const std::vector<double> values = model.values();
   std::vector<Number> p(values.begin(), values.end());
   std::vector<Number> x(x0.begin(), x0.end());
@@ -34,7 +35,8 @@ void differentiate(const Model& model, const std::vector<double>& x0,
         for (int i = 0; i < kArmStates; ++i)
           if (model.states[i].motive == Motive::kTwist)
             result.largest_twist = std::max(result.largest_twist, std::abs(states[i].value));
-      });
+      },
+      Angles::kMeasured, gains);
   std::fill(result.y.begin() + visited, result.y.end(), kNaN);
   result.gradient.bottomRows(samples.size() - visited).middleCols(first, count).setConstant(kNaN);
 }
@@ -43,11 +45,11 @@ void differentiate(const Model& model, const std::vector<double>& x0,
 
 Sensitivities sensitivities(const Model& model, const std::vector<double>& x0,
                             const std::vector<Sample>& samples, const Propagation& propagation,
-                            const Directions& directions) {
+                            const Directions& directions, const Gains& gains) {
   Sensitivities result{std::vector<double>(samples.size()),
                        JacobianMatrix(samples.size(), directions.size()), 0.0};
   for (int first = 0; first == 0 || first < directions.size(); first += kDirectionsAtOnce)
-    differentiate(model, x0, samples, propagation, directions, first, result);
+    differentiate(model, x0, samples, propagation, directions, gains, first, result);
   return result;
 }
 

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "armukf/batch/gains.hpp"
 #include "armukf/core/record.hpp"
 #include "armukf/fit/covariance.hpp"
 #include "armukf/model/model.hpp"
@@ -17,8 +18,8 @@ struct Directions {
   int size() const { return static_cast<int>(parameters.size() + initial_states.size()); }
 };
 
-/// A simulation and its exact derivatives: dy_k / d direction_j in row k, column j; the parameters
-/// first, each per its own unit.
+/// A simulation, corrected by gains or not, and its exact derivatives: dy_k / d direction_j in row
+/// k, column j; the parameters first, each per its own unit.
 struct Sensitivities {
   std::vector<double> y;
   JacobianMatrix gradient;
@@ -27,7 +28,7 @@ struct Sensitivities {
 
 Sensitivities sensitivities(const Model& model, const std::vector<double>& x0,
                             const std::vector<Sample>& samples, const Propagation& propagation,
-                            const Directions& directions);
+                            const Directions& directions, const Gains& gains = {});
 
 /// Derivatives of the simulated speed by the amplitude of torques that are added to the input: a
 /// column per torque, N.m at each sample and held like the input.

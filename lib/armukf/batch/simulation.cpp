@@ -44,6 +44,13 @@ InitialChoice all_free(const Model& model) {
   return choice;
 }
 
+InitialChoice prediction_choice(const Model& model) {
+  InitialChoice choice{{}, {}};
+  for (int i = 0; i < static_cast<int>(model.states.size()); ++i)
+    if (model.states[i].beginning == Beginning::kAngle) choice.free.push_back(i);
+  return choice;
+}
+
 InitialChoice published_choice(const Model& model) {
   InitialChoice choice{{}, {}};
   for (int i = 0; i < static_cast<int>(model.states.size()); ++i)

@@ -43,6 +43,9 @@ using StatesOfPieces = std::vector<std::vector<double>>;
 /// speeds and the angles.
 InitialChoice published_choice(const Model& model);
 
+/// For predictions, whose filter finds the states itself: the angles of effects are free.
+InitialChoice prediction_choice(const Model& model);
+
 /// The choice with every state free.
 InitialChoice all_free(const Model& model);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "armukf/batch/gains.hpp"
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/dual.hpp"
 #include "armukf/core/record.hpp"
@@ -40,13 +41,22 @@ void follow_motor(const Model& model, const std::array<T, States>& before, doubl
     if (model.states[i].beginning == Beginning::kAngle) x[i] = before[i] + turn;
 }
 
-/// Calls visit(k, x, y) with the states and the measured speed at each sample, until the motor's
-/// speed runs away; returns how many samples were visited. p: a number per parameter; x: the states
-/// at the first sample; input(k): the torque (N.m) held from sample k on.
+/// Takes the error (rad/s) of what was said of sample k into x. Angles follow the motor.
+template <class T, std::size_t States>
+void correct(const Model& model, const Gains& gains, std::size_t k, const T& error,
+             std::array<T, States>& x) {
+  for (int i = 0; i < gains.states; ++i)
+    if (model.states[i].beginning != Beginning::kAngle) x[i] += gains(k, i) * error;
+}
+
+/// Calls visit(k, x, y) with the states and the speed that the sensor shows of them at each sample,
+/// before they are corrected, until the motor's speed runs away; returns how many samples were
+/// visited. p: a number per parameter; x: the states at the first sample; input(k): the torque
+/// (N.m) held from sample k on.
 template <class T, std::size_t States, class Input, class Visit>
 std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array<T, States> x,
                          const std::vector<Sample>& samples, const Propagation& propagation,
-                         Input input, Visit visit, Angles angles) {
+                         Input input, Visit visit, Angles angles, const Gains& gains) {
   const Dynamics<T> dynamics(model, p.data());
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (k > 0) {
@@ -60,11 +70,11 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
         if (angles == Angles::kMeasured) follow_motor(model, before, turn_before(samples, k), x);
     }
     if (!(std::abs(value_of(x[kMeasuredState])) < kRunawaySpeed)) return k;
-    if constexpr (States > kArmStates) {
-      visit(k, x, dynamics.measured(samples[k].t - samples[0].t, input(k), x.data()));
-    } else {
-      visit(k, x, x[kMeasuredState]);
-    }
+    T y = x[kMeasuredState];
+    if constexpr (States > kArmStates)
+      y = dynamics.measured(samples[k].t - samples[0].t, input(k), x.data());
+    visit(k, x, y);
+    if (!gains.empty() && !std::isnan(samples[k].y)) correct(model, gains, k, samples[k].y - y, x);
   }
   return samples.size();
 }
@@ -73,10 +83,11 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
 template <class T, class Input, class Visit>
 std::size_t visit_states(const Model& model, const std::vector<T>& p, const std::vector<T>& x0,
                          const std::vector<Sample>& samples, const Propagation& propagation,
-                         Input input, Visit visit, Angles angles = Angles::kMeasured) {
+                         Input input, Visit visit, Angles angles = Angles::kMeasured,
+                         const Gains& gains = {}) {
   const auto with_rows = [&](auto x) {
     std::ranges::copy(x0, x.begin());
-    return visit_states(model, p, x, samples, propagation, input, visit, angles);
+    return visit_states(model, p, x, samples, propagation, input, visit, angles, gains);
   };
   if (model.effects.empty()) return with_rows(Rows<T, kArmStates>{});
   if (model.states.size() <= kFewStates) return with_rows(Rows<T, kFewStates>{});

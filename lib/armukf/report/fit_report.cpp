@@ -158,7 +158,13 @@ nlohmann::ordered_json fit_json(const FitSummary& s) {
             {"huber_scale", found.huber_scale},
             {"correlation", correlation_of(found)},
             {"poorly_determined", poorly_determined(found)},
+            {"criterion", found.noise ? "prediction" : "simulation"},
             {"seconds", s.seconds}};
+  if (found.noise)
+    json["prediction"] = {{"rmse", found.noise->rmse},
+                          {"torque_noise", found.noise->torque_density},
+                          {"sensor_noise", found.noise->sensor_sd},
+                          {"log_likelihood", found.noise->log_likelihood}};
   json.update(angle_json(found.free));
   return json;
 }
@@ -175,6 +181,12 @@ std::string fit_text(const FitSummary& s) {
   text += fmt::format("  {}, FPE {:.5g}, AIC {:.6g}, BIC {:.6g}\n",
                       simulation_text(found.fit_percent, found.mse, found.free), found.fpe,
                       found.aic, found.bic);
+  if (found.noise)
+    text += fmt::format(
+        "  predicted one sample ahead: RMSE {:.4g} rad/s; noise of the torque {:.3g} N·m·s^½, of "
+        "the "
+        "sensor {:.3g} rad/s\n",
+        found.noise->rmse, found.noise->torque_density, found.noise->sensor_sd);
   if (found.starts > 1)
     text += fmt::format("  {} of {} starts ended in this minimum\n", found.agreeing, found.starts);
   text += correlation_lines(found);
