@@ -107,5 +107,39 @@ TEST(IdentifyStatistics, RobustDeviationsCoverTheTruthWithSpikesAndWithout) {
     }
 }
 
+/// Root mean square over seeds and parameters of the relative error.
+double relative_error(Criterion criterion, int seeds) {
+  const Model truth = published_estimate();
+  double sum = 0.0;
+  double count = 0.0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    ExperimentSettings experiment;
+    experiment.seed = seed;
+    experiment.samples = 8000;
+    experiment.sensor_noise = 0.1;
+    experiment.torque_disturbance = 0.5;
+    const Record record = simulate_experiment(truth, experiment).record;
+    IdentifySettings settings;
+    settings.criterion = criterion;
+    settings.initial = criterion == Criterion::kPrediction ? prediction_choice(published_arm())
+                                                           : all_free(published_arm());
+    for (const ParameterEstimate& p : identify(published_arm(), {record}, settings).parameters) {
+      const double ratio = p.value / truth.parameters[p.position].value;
+      sum += std::pow(std::log(std::max(ratio, 0.01)), 2);  // some may end at 0
+      count += 1.0;
+    }
+  }
+  return std::sqrt(sum / count);
+}
+
+TEST(IdentifyStatistics, PredictionIsTheBetterCriterionUnderTorqueNoise) {
+  constexpr int kSeeds = 8;
+  const double by_simulation = relative_error(Criterion::kSimulation, kSeeds);
+  const double by_prediction = relative_error(Criterion::kPrediction, kSeeds);
+  RecordProperty("by_simulation", fmt::format("{}", by_simulation));
+  RecordProperty("by_prediction", fmt::format("{}", by_prediction));
+  EXPECT_LT(by_prediction, 0.5 * by_simulation);
+}
+
 }  // namespace
 }  // namespace armukf

@@ -1,0 +1,107 @@
+#include "armukf/batch/gains.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "armukf/batch/experiment.hpp"
+#include "armukf/batch/identify.hpp"
+#include "armukf/batch/prediction.hpp"
+#include "armukf/batch/sensitivity.hpp"
+
+namespace armukf {
+namespace {
+
+/// A quarter of a second of the published experiment, a torque noise in it that is not in u.
+std::vector<Sample> noisy_samples(int samples = 500) {
+  ExperimentSettings settings;
+  settings.samples = samples;
+  settings.sensor_noise = 0.1;
+  settings.torque_disturbance = 0.5;
+  return simulate_experiment(published_estimate(), settings).record.samples;
+}
+
+std::vector<double> rest(const Model& model, const std::vector<Sample>& samples) {
+  return initial_guess(model, {{}, {}}, samples);
+}
+
+TEST(Gains, MakeTheSimulationThePredictionOfTheFilter) {
+  for (const char* effect : {"", "flexible_mode_motor", "sensor_lag"}) {
+    Model model = published_estimate();
+    if (*effect != '\0') model.add_effect(effect);
+    const std::vector<Sample> samples = noisy_samples();
+    const std::vector<double> x0 = rest(model, samples);
+    const Prediction expected = predict_ahead(model, x0, samples, {}, 1);
+    const Gains gains =
+        filter_gains(model, x0, samples, {}, expected.torque_density / expected.sensor_sd);
+    const Sensitivities found = sensitivities(model, x0, samples, {}, {}, gains);
+    for (std::size_t k = 1; k < samples.size(); ++k)
+      ASSERT_NEAR(found.y[k], expected.y[k], 1e-9) << effect << " at " << k;
+  }
+}
+
+TEST(Gains, DerivativesOfCorrectedSimulationsAreExact) {
+  const Model model = published_estimate();
+  const std::vector<Sample> samples = noisy_samples();
+  const std::vector<double> x0 = rest(model, samples);
+  const Gains gains = filter_gains(model, x0, samples, {}, 0.1);
+  const Directions all{model.unknowns(), {kTwistGear, kSpeedArm}};
+  const Sensitivities found = sensitivities(model, x0, samples, {}, all, gains);
+  for (int j = 0; j < static_cast<int>(all.parameters.size()); ++j) {
+    const auto y_at = [&](double factor) {
+      Model moved = model;
+      moved.parameters[all.parameters[j]].value *= factor;
+      return sensitivities(moved, x0, samples, {}, {}, gains).y;
+    };
+    const double step = 1e-4;
+    const std::vector<double> up = y_at(1.0 + step);
+    const std::vector<double> down = y_at(1.0 - step);
+    const double value = model.parameters[all.parameters[j]].value;
+    double largest = 0.0;
+    for (std::size_t k = 0; k < samples.size(); ++k)
+      largest = std::max(largest, std::abs(found.gradient(static_cast<int>(k), j)));
+    for (std::size_t k = 0; k < samples.size(); ++k)
+      ASSERT_NEAR(found.gradient(static_cast<int>(k), j), (up[k] - down[k]) / (2.0 * step * value),
+                  1e-5 * largest)
+          << model.parameters[all.parameters[j]].name << " at " << k;
+  }
+}
+
+TEST(Gains, AMissingMeasurementCorrectsNothing) {
+  const Model model = published_estimate();
+  std::vector<Sample> samples = noisy_samples();
+  for (std::size_t k = 0; k < samples.size(); ++k) samples[k].y = std::nan("");
+  const std::vector<double> x0(model.states.size(), 0.0);
+  const Gains gains = filter_gains(model, x0, samples, {}, 0.1);
+  EXPECT_EQ(sensitivities(model, x0, samples, {}, {}, gains).y, simulate(model, x0, samples, {}));
+}
+
+TEST(Gains, TheFilterFollowsMoreWhereTheTorqueIsNoisier) {
+  const Model model = published_estimate();
+  const std::vector<Sample> samples = noisy_samples();
+  const std::vector<double> x0 = rest(model, samples);
+  const std::size_t last = samples.size() - 1;
+  double before = 0.0;
+  for (const double density : {0.01, 0.1, 1.0}) {
+    const double gain = filter_gains(model, x0, samples, {}, density)(last, kSpeedMotor);
+    EXPECT_GT(gain, before);
+    EXPECT_LT(gain, 1.0);
+    before = gain;
+  }
+}
+
+TEST(Identify, FindsNoiseByPrediction) {
+  const Record record{"noisy", noisy_samples(6000)};
+  IdentifySettings settings;
+  settings.criterion = Criterion::kPrediction;
+  settings.initial = prediction_choice(published_arm());
+  const Identification found = identify(published_arm(), {record}, settings);
+  ASSERT_TRUE(found.noise.has_value());
+  EXPECT_NEAR(found.noise->sensor_sd, 0.1, 0.02);
+  EXPECT_NEAR(found.noise->torque_density, 0.5 * std::sqrt(5e-4), 0.01);
+  EXPECT_LT(std::pow(found.noise->rmse, 2), found.mse);
+  EXPECT_FALSE(identify(published_arm(), {record}, {}).noise.has_value());
+}
+
+}  // namespace
+}  // namespace armukf
