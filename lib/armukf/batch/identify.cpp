@@ -294,7 +294,7 @@ Identification identify(const Model& model, const std::vector<Record>& records,
 
 Identification identify_pieces(const Model& model, const std::vector<Record>& records,
                                const IdentifySettings& settings) {
-  const OutputError unfitted(model, records, settings.initial, settings.propagation, {});
+  const OutputError unfitted(model, records, settings.initial, settings.propagation);
   check_length(unfitted, records);
   Task task{records, settings, limits_for(unfitted)};
   task.limits.iterations = settings.iterations;

@@ -23,7 +23,7 @@ InitialStates fit_initial_states(const Model& model, const InitialChoice& choice
                         std::vector<double>(model.states.size(), kNaN)};
   const Model known = all_known(model);
   const std::vector<Record> records{{"", samples}};
-  const OutputError error(known, records, choice, propagation, {});
+  const OutputError error(known, records, choice, propagation);
   if (choice.free.empty() || error.measured() < error.variables()) return initial;
   const Minimum minimum = search(error, error.variables_of_model(), kInfinite, limits_for(error));
   const OutputError::Evaluation at = error.evaluate(minimum.z.data());

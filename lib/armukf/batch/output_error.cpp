@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 
 #include "armukf/batch/sensitivity.hpp"
 #include "armukf/core/constants.hpp"
@@ -55,12 +56,12 @@ double fastest(const std::vector<Sample>& samples) {
 
 OutputError::OutputError(const Model& model, const std::vector<Record>& records,
                          const InitialChoice& initial, const Propagation& propagation,
-                         const std::vector<Gains>& gains)
+                         std::vector<Gains> gains)
     : model_(model),
       records_(records),
       initial_(initial),
       propagation_(propagation),
-      gains_(gains),
+      gains_(std::move(gains)),
       unknowns_(model.unknowns()) {
   for (const Record& record : records) {
     rows_ += static_cast<int>(record.samples.size());
@@ -120,8 +121,8 @@ OutputError::Evaluation OutputError::evaluate(const double* v) const {
 bool OutputError::evaluate(const Model& model, const double* v, int record, Eigen::Index first,
                            Evaluation& all) const {
   const std::vector<Sample>& samples = records_[record].samples;
-  static const Gains kNone;
-  const Gains& gains = gains_.empty() ? kNone : gains_[record];
+  const Gains none;
+  const Gains& gains = gains_.empty() ? none : gains_[record];
   Sensitivities found = sensitivities(model, initial_states_at(v, record), samples, propagation_,
                                       {unknowns_, initial_.free}, gains);
   if (samples.empty()) return true;

@@ -19,9 +19,9 @@ namespace armukf {
 /// deviation of its innovation.
 class OutputError {
  public:
-  /// All arguments must outlive this.
+  /// gains: one per record, or none. All other arguments must outlive this.
   OutputError(const Model& model, const std::vector<Record>& records, const InitialChoice& initial,
-              const Propagation& propagation, const std::vector<Gains>& gains);
+              const Propagation& propagation, std::vector<Gains> gains = {});
 
   int rows() const { return rows_; }
   int measured() const { return measured_; }  // rows with a measurement
@@ -59,7 +59,7 @@ class OutputError {
   const std::vector<Record>& records_;
   const InitialChoice& initial_;
   const Propagation& propagation_;
-  const std::vector<Gains>& gains_;  // one per record, or none
+  std::vector<Gains> gains_;
   std::vector<int> unknowns_;
   int rows_ = 0;
   int measured_ = 0;
