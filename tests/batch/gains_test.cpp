@@ -73,7 +73,9 @@ TEST(Gains, AMissingMeasurementCorrectsNothing) {
   for (std::size_t k = 0; k < samples.size(); ++k) samples[k].y = std::nan("");
   const std::vector<double> x0(model.states.size(), 0.0);
   const Gains gains = filter_gains(model, x0, samples, {}, 0.1);
-  EXPECT_EQ(sensitivities(model, x0, samples, {}, {}, gains).y, simulate(model, x0, samples, {}));
+  const std::vector<double> corrected = sensitivities(model, x0, samples, {}, {}, gains).y;
+  const std::vector<double> plain = simulate(model, x0, samples, {});
+  for (std::size_t k = 0; k < samples.size(); ++k) EXPECT_NEAR(corrected[k], plain[k], 1e-10);
 }
 
 TEST(Gains, TheFilterFollowsMoreWhereTheTorqueIsNoisier) {
