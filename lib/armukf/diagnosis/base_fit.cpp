@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "armukf/batch/frequency_start.hpp"
+#include "armukf/batch/prediction.hpp"
 #include "armukf/model/plant.hpp"
 
 namespace armukf {
@@ -117,6 +118,12 @@ FittedModel placed(const Model& model, const Record& record, const Propagation& 
     x0 = fit_initial_states(model, all_from(model, x0), record.samples, propagation).x0;
   }
   return from_fit(model, simulation_fit(model, {x0, {}}, record.samples, propagation), record);
+}
+
+std::vector<double> one_step_errors(const FittedModel& fit, const Record& record,
+                                    const Propagation& propagation) {
+  return residual_of(record.samples,
+                     predict_ahead(fit.model, fit.x0, record.samples, propagation, 1).y);
 }
 
 BaseFit base_fit(const Model& model, const Record& record, const Propagation& propagation) {

@@ -39,6 +39,10 @@ Model with_fitted_spreads(const FittedModel& fit);
 /// no record tells are first looked for over their whole period.
 FittedModel placed(const Model& model, const Record& record, const Propagation& propagation);
 
+/// rad/s, y less what the model foretells it from the sample before.
+std::vector<double> one_step_errors(const FittedModel& fit, const Record& record,
+                                    const Propagation& propagation);
+
 /// A base fit that a trace may start from: several starts, and how many ended where the best did.
 struct BaseFit {
   FittedModel best;

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <optional>
 
 #include "armukf/batch/prediction.hpp"
@@ -14,14 +13,13 @@
 #include "armukf/core/error.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/diagnosis/portrait.hpp"
-#include "armukf/diagnosis/score.hpp"
-#include "armukf/diagnosis/spectrum.hpp"
+#include "armukf/diagnosis/search.hpp"
 #include "armukf/fit/covariance.hpp"
 
 namespace armukf {
 namespace {
 
-constexpr double kLevel = 0.01;       // of a score, corrected for the number of trials
+constexpr double kLevel = 0.01;       // of a score by itself, for a refit; that decides
 constexpr double kLeastGain = 0.005;  // of the mean squared error, for a refit
 // Of the validation mean squared error, to be accepted. Coloured sensor noise that a controller
 // feeds back looks like a delay worth 2 %.
@@ -37,13 +35,9 @@ constexpr double kNearlyAsGood = 0.8;  // of the help: the record cannot tell th
 constexpr double kPerParameter = 0.03;  // of the help, the price of each further parameter
 constexpr double kHopelessFit = 20.0;   // percent
 constexpr std::size_t kFewestSamples = 1000;
-constexpr double kHighestHarmonic = 100.0;  // 1/rad
-constexpr double kHighestMode = 120.0;      // Hz
 constexpr double kMoreLeft = 1.5;   // times, of the validation's error over the estimation's
 constexpr double kMostDrift = 5.0;  // times, of a parameter that was known
-constexpr double kLinePower = 6.0;
-constexpr int kMostLines = 3;
-constexpr double kAgree = 0.5;  // of an effect's size, by which two records may differ
+constexpr double kAgree = 0.5;      // of an effect's size, by which two records may differ
 
 /// One record, as every step needs it.
 struct Setting {
@@ -65,11 +59,6 @@ struct Fits {
   }
 };
 
-struct Scored {
-  Trial trial;
-  Score score;
-};
-
 struct Refit {
   Scored scored;
   Fits fits;
@@ -81,60 +70,6 @@ Fits fits_from(const Model& model, const std::vector<double>& x0, const Setting&
   FittedModel estimation = fitted(model, x0, s.estimation, s.propagation, iterations);
   FittedModel validation = placed(estimation.model, s.validation, s.propagation);
   return {std::move(estimation), std::move(validation)};
-}
-
-std::vector<double> one_step_errors(const FittedModel& fit, const Record& record,
-                                    const Propagation& propagation) {
-  const Prediction p = predict_ahead(fit.model, fit.x0, record.samples, propagation, 1);
-  std::vector<double> e;
-  for (std::size_t k = 0; k < p.y.size(); ++k) e.push_back(record.samples[k].y - p.y[k]);
-  return e;
-}
-
-std::vector<double> times_of(const std::vector<Sample>& samples) {
-  std::vector<double> t;
-  t.reserve(samples.size());
-  for (const Sample& sample : samples) t.push_back(sample.t);
-  return t;
-}
-
-/// Harmonics of the motor's angle that stand out of the innovations or of the residual, the first
-/// two in any case, and frequencies that stand out of the residual.
-Suggested suggested_by(const FittedModel& fit, const Setting& s) {
-  const std::vector<double> angle = motor_angle(s.estimation.samples);
-  const std::vector<double> e = one_step_errors(fit, s.estimation, s.propagation);
-  Suggested suggested{{1.0, 2.0}, {}};
-  for (const SpectralLine& line :
-       lines_over_angle(angle, e, kHighestHarmonic, kLinePower, kMostLines))
-    suggested.harmonics.push_back(line.frequency);
-  for (const SpectralLine& line :
-       lines_over_angle(angle, fit.residual, kHighestHarmonic, kLinePower, kMostLines))
-    suggested.harmonics.push_back(line.frequency);
-  for (const SpectralLine& line : lines_over_time(times_of(s.estimation.samples), fit.residual,
-                                                  kHighestMode, kLinePower, kMostLines))
-    suggested.frequencies.push_back(line.frequency);
-  return suggested;
-}
-
-/// The best trial of each effect, by what it would gain, corrected for the number of all trials.
-std::vector<Scored> best_trials(const Fits& now, const Setting& s) {
-  const std::vector<Trial> trials =
-      trials_for(now.estimation.model, suggested_by(now.estimation, s));
-  const ScoreTest test(now.estimation, s.estimation.samples, s.propagation);
-  std::map<std::string, Scored> best;
-  for (const Trial& trial : trials) {
-    const Score score = test(trial);
-    const auto at = best.find(trial.effect);
-    if (at == best.end() || score.gain > at->second.score.gain)
-      best.insert_or_assign(trial.effect, Scored{trial, score});
-  }
-  std::vector<Scored> sorted;
-  for (auto& [effect, scored] : best) {
-    scored.score.p_value = std::min(1.0, scored.score.p_value * static_cast<double>(trials.size()));
-    sorted.push_back(std::move(scored));
-  }
-  std::ranges::sort(sorted, std::greater{}, [](const Scored& x) { return x.score.gain; });
-  return sorted;
 }
 
 /// The trial's model a step of that length from no effect.
@@ -300,7 +235,7 @@ void note_candidates(const std::vector<Scored>& scored, const std::vector<Refit>
                      const Fits& now, int round, std::vector<Candidate>& candidates) {
   for (const Scored& x : scored) {
     Candidate candidate{x.trial.effect, round, 100.0 * x.score.gain / now.estimation.mse,
-                        x.score.statistic, x.score.p_value};
+                        x.score.statistic, x.p_value};
     const auto at = std::ranges::find(refits, x.trial.effect,
                                       [](const Refit& r) { return r.scored.trial.effect; });
     if (at != refits.end()) {
@@ -455,7 +390,7 @@ Diagnosis trace(const Model& model, const Record& estimation, const Record& vali
   for (int round = 1; round <= settings.most_effects; ++round) {
     const double behind = static_cast<double>(round) / (settings.most_effects + 2);
     say(fmt::format("round {}: scores", round), behind);
-    const std::vector<Scored> scored = best_trials(now, s);
+    const std::vector<Scored> scored = best_trials(now.estimation, s.estimation, s.propagation);
     std::vector<Refit> refits = refits_of(scored, now, s, [&](double share) {
       say(fmt::format("round {}: refits", round), behind + share / (settings.most_effects + 2));
     });
@@ -470,7 +405,7 @@ Diagnosis trace(const Model& model, const Record& estimation, const Record& vali
         fits_from(chosen->fits.estimation.model, chosen->fits.estimation.x0, s, kLong);
     now = polished.validation.mse < chosen->fits.validation.mse ? polished : chosen->fits;
     const std::string& effect = chosen->scored.trial.effect;
-    diagnosis.effects.push_back({effect, chosen->scored.score.p_value,
+    diagnosis.effects.push_back({effect, chosen->scored.p_value,
                                  100.0 * (1.0 - now.validation.mse / before),
                                  rivals(*chosen, refits)});
     for (Candidate& candidate : diagnosis.candidates)

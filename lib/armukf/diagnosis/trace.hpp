@@ -26,7 +26,7 @@ struct Candidate {
   int round = 0;
   double gain_percent = 0.0;  // of the mean squared error, by one linearised step
   double statistic = 0.0;
-  double p_value = 1.0;              // corrected for the number of trials
+  double p_value = 1.0;              // corrected for all that was looked at
   double refitted_estimation = 0.0;  // (rad/s)^2, if it was refitted in full; else 0
   double refitted_validation = 0.0;
   bool accepted = false;
@@ -34,7 +34,7 @@ struct Candidate {
 
 struct FoundEffect {
   std::string effect;
-  double p_value = 1.0;                    // of its score
+  double p_value = 1.0;                    // of its score, corrected for all that was looked at
   double mse_reduction_percent = 0.0;      // on the validation record, when it was added
   std::vector<std::string> confused_with;  // families that explain nearly as much in its stead
 };

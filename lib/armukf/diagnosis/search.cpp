@@ -1,0 +1,70 @@
+#include "armukf/diagnosis/search.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <string>
+
+#include "armukf/diagnosis/spectrum.hpp"
+
+namespace armukf {
+namespace {
+
+constexpr double kHighestHarmonic = 100.0;  // 1/rad
+constexpr double kHighestMode = 120.0;      // Hz
+constexpr double kLinePower = 6.0;
+constexpr int kMostLines = 3;
+
+std::vector<double> times_of(const std::vector<Sample>& samples) {
+  std::vector<double> t;
+  t.reserve(samples.size());
+  for (const Sample& sample : samples) t.push_back(sample.t);
+  return t;
+}
+
+void add_frequencies(const SpectralLines& found, std::vector<double>& frequencies) {
+  for (const SpectralLine& line : found.strongest) frequencies.push_back(line.frequency);
+}
+
+}  // namespace
+
+Suggested suggested_by(const FittedModel& fit, const Record& record,
+                       const Propagation& propagation) {
+  const std::vector<double> angle = motor_angle(record.samples);
+  Suggested suggested{{1.0, 2.0}, {}};
+  for (const std::vector<double>& e : {one_step_errors(fit, record, propagation), fit.residual}) {
+    const SpectralLines found =
+        lines_over_angle(angle, e, kHighestHarmonic, kLinePower, kMostLines);
+    add_frequencies(found, suggested.harmonics);
+    // Both have the same lines, and a line is one trial, whoever suggests it.
+    suggested.harmonics_looked_at = 2.0 + found.looked_at;
+  }
+  const SpectralLines found =
+      lines_over_time(times_of(record.samples), fit.residual, kHighestMode, kLinePower, kMostLines);
+  add_frequencies(found, suggested.frequencies);
+  suggested.frequencies_looked_at = found.looked_at;
+  return suggested;
+}
+
+std::vector<Scored> best_trials(const FittedModel& fit, const Record& record,
+                                const Propagation& propagation) {
+  const ScoreTest test(fit, record.samples, propagation);
+  std::map<std::string, Scored> best;
+  double looks = 0.0;
+  for (const Trial& trial : trials_for(fit.model, suggested_by(fit, record, propagation))) {
+    const Score score = test(trial);
+    looks += trial.looks;
+    const auto at = best.find(trial.effect);
+    if (at == best.end() || score.gain > at->second.score.gain)
+      best.insert_or_assign(trial.effect, Scored{trial, score, 1.0});
+  }
+  std::vector<Scored> sorted;
+  for (auto& [effect, scored] : best) {
+    scored.p_value = std::min(1.0, scored.score.p_value * looks);
+    sorted.push_back(std::move(scored));
+  }
+  std::ranges::sort(sorted, std::greater{}, [](const Scored& x) { return x.score.gain; });
+  return sorted;
+}
+
+}  // namespace armukf
