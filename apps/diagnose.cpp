@@ -127,6 +127,7 @@ void add_diagnose(CLI::App& program) {
       ->type_name("FILE");
   command.add_option("--most-effects", o->settings.most_effects, "rounds, an effect each, at most")
       ->check(whole_number(1, kMostEffects));
+  add_threads_option(command, o->settings.threads);
   command.add_option("--save", o->save, "write the completed model, as TOML");
   command
       .add_option(

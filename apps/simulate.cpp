@@ -25,7 +25,7 @@
 namespace armukf::apps {
 namespace {
 
-constexpr int kMostSamples = 500000;  // lines times samples of the multisine take half a minute
+constexpr int kMostSamples = 5000000;      // with all states half a gigabyte
 constexpr double kLongestSampleS = 0.002;  // s; the speed loop is unstable from 0.004 s on
 
 struct SimulateOptions {

@@ -39,7 +39,7 @@ TEST_F(Program, WrongValuesOfOptionsTakeOneLineThatNamesTheOption) {
   expect_refused("simulate -o a.csv --seed -1",
                  "--seed: must be a whole number from 0 to 18446744073709551615, not '-1'");
   expect_refused("simulate -o a.csv --samples 1e3",
-                 "--samples: must be a whole number from 1 to 500000, not '1e3'");
+                 "--samples: must be a whole number from 1 to 5000000, not '1e3'");
   expect_refused("simulate -o a.csv --samples 10",
                  "--samples: 10 samples of 0.0005 s hold no multisine of 1 to 40 Hz");
   expect_refused("simulate -o a.csv --sensor-noise x", "--sensor-noise: 'x' is not a number");

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -43,6 +44,58 @@ TEST(ResidualTests, AllowForColouredResidualsUnderColouredInput) {
                    .crosscorrelation_outside;
   // With the band of white residuals it would be some 15 in a hundred lags.
   EXPECT_NEAR(outside, kRecords * (kWhitenessLags + 1) / 100, 50);
+}
+
+/// Share of lags, of many records, at which residuals of that colour keep within the band under an
+/// input of that colour, which they have nothing to do with.
+double coverage(double pole, double input_pole) {
+  constexpr unsigned kRecords = 500;
+  double outside = 0.0;
+  for (unsigned seed = 1; seed <= kRecords; ++seed)
+    outside += residual_tests(noise(4096, pole, seed), noise(4096, input_pole, seed + 1000))
+                   .crosscorrelation_outside;
+  return 1.0 - outside / (kRecords * (kWhitenessLags + 1));
+}
+
+TEST(ResidualTests, KeepTheirBandHoweverSlowTheResiduals) {
+  for (const double pole : {0.0, 0.9, 0.99}) {
+    const double share = coverage(pole, 0.99);
+    EXPECT_GT(share, 0.97) << pole;
+    EXPECT_LT(share, 0.997) << pole;
+  }
+}
+
+TEST(ResidualTests, DoNotTakeAnOffsetForColour) {
+  std::vector<double> e = noise(4096, 0.99, 1);
+  const std::vector<double> u = noise(4096, 0.99, 2);
+  const ResidualTests without = residual_tests(e, u);
+  for (double& x : e) x += 50.0;
+  const ResidualTests with = residual_tests(e, u);
+  // Both are of the residual's size, which the offset makes larger.
+  EXPECT_NEAR(with.input_crosscorrelation[0] / with.crosscorrelation_band,
+              without.input_crosscorrelation[0] / without.crosscorrelation_band, 1e-9);
+}
+
+/// Swings that hardly die out: the band must neither close nor widen where the two differ.
+TEST(ResidualTests, KeepTheirBandForSwingingResiduals) {
+  std::mt19937_64 generator(11);
+  std::normal_distribution<double> normal;
+  const auto swinging = [&](double turn) {
+    std::vector<double> x(4096 + 2000);
+    for (std::size_t t = 2; t < x.size(); ++t)
+      x[t] = 2.0 * 0.995 * std::cos(turn) * x[t - 1] - 0.995 * 0.995 * x[t - 2] + normal(generator);
+    x.erase(x.begin(), x.begin() + 2000);
+    return x;
+  };
+  for (const double input_turn : {0.06, 0.09}) {
+    double outside = 0.0;
+    constexpr int kRecords = 150;
+    for (int i = 0; i < kRecords; ++i)
+      outside += residual_tests(swinging(0.06), swinging(input_turn)).crosscorrelation_outside;
+    const double share = 1.0 - outside / (kRecords * (kWhitenessLags + 1));
+    EXPECT_GT(share, 0.97) << input_turn;
+    EXPECT_LT(share, 0.997) << input_turn;
+  }
 }
 
 TEST(ResidualTests, FindUnexplainedInput) {

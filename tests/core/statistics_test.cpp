@@ -62,6 +62,19 @@ TEST(ChiSquareTail, AgreesWithClosedForms) {
   EXPECT_TRUE(std::isnan(chi_square_tail(kNaN, 3)));
 }
 
+TEST(HotellingTail, AgreesWithClosedForms) {
+  for (const double x : {0.0, 0.3, 2.0, 11.0, 60.0}) {
+    // Of one dimension: Student's t; with one degree of freedom 1 - 2 atan(t) / pi, with two
+    // 1 - t / sqrt(2 + t^2).
+    EXPECT_NEAR(hotelling_tail(x, 1, 1), 1.0 - 2.0 * std::atan(std::sqrt(x)) / M_PI, 1e-14);
+    EXPECT_NEAR(hotelling_tail(x, 1, 2), 1.0 - std::sqrt(x / (2.0 + x)), 1e-14);
+    EXPECT_NEAR(hotelling_tail(x, 3, 1e9), chi_square_tail(x, 3), 1e-7);
+    EXPECT_EQ(hotelling_tail(x, 5, 2), hotelling_tail(x, 5, 5));
+  }
+  EXPECT_EQ(hotelling_tail(kInfinite, 3, 4), 0.0);
+  EXPECT_TRUE(std::isnan(hotelling_tail(kNaN, 3, 4)));
+}
+
 TEST(NormalBand, HoldsItsShare) {
   EXPECT_NEAR(std::erf(normal_band(0.99) / std::sqrt(2.0)), 0.99, 1e-12);
 }

@@ -11,24 +11,25 @@
 namespace armukf {
 namespace {
 
-Record record_of(const Model& model) {
-  ExperimentSettings settings;
-  settings.samples = 4000;
-  settings.sensor_noise = 0.1;
-  return simulate_experiment(model, settings).record;
-}
-
 /// The bare arm fitted to a record of the arm with that effect.
 struct Case {
-  Case(const char* effect, const char* parameter, double size, double harmonic = 0.0) {
+  Case(const char* effect, const char* parameter, double size, double harmonic = 1.0,
+       unsigned seed = 1) {
     Model truth = published_estimate();
     truth.add_effect(effect);
     truth.parameter(parameter).value = size;
-    if (harmonic > 0.0) truth.parameter(std::string(parameter) + "_harmonic").value = harmonic;
-    pieces = {record_of(truth)};
+    if (harmonic != 1.0) truth.parameter(std::string(parameter) + "_harmonic").value = harmonic;
+    ExperimentSettings settings;
+    settings.seed = seed;
+    settings.samples = 4000;
+    settings.sensor_noise = 0.1;
+    SimulatedExperiment experiment = simulate_experiment(truth, settings);
+    pieces = {std::move(experiment.record)};
+    states = std::move(experiment.states);
     base = fitted(published_estimate(), {}, pieces, {}, 50);
   }
   std::vector<Record> pieces;
+  std::vector<std::vector<double>> states;  // true ones, at each sample
   FittedModel base;
 };
 
@@ -65,17 +66,29 @@ TEST(Score, KeepsSizesWithinTheirBounds) {
     for (const double size : score_of(c, effect).sizes) EXPECT_GE(size, 0.0) << effect;
 }
 
+struct AngleEffect {
+  const char* name;
+  double size;
+  double harmonic;
+};
+
+/// The angle that an effect repeats with is a state; its value at the first sample, which the
+/// record does not hold, is known of an experiment that was simulated.
 TEST(Score, OfAnEffectOfTheAngleFindsItsPhase) {
-  Model truth = published_estimate();
-  truth.add_effect("torque_ripple");
-  truth.parameter("torque_ripple").value = 0.2;
-  truth.parameter("torque_ripple_harmonic").value = 5.0;
-  const Case c("torque_ripple", "torque_ripple", 0.2, 5.0);
-  const Score score = score_of(c, "torque_ripple", 5.0);
-  EXPECT_LT(score.p_value, 1e-6);
-  EXPECT_NEAR(score.sizes[0], 0.2, 0.04);
-  ASSERT_EQ(score.angles.size(), 1U);
-  EXPECT_LE(std::abs(score.angles[0]), std::numbers::pi / 5.0);
+  for (const auto& [effect, size, harmonic] :
+       {AngleEffect{"torque_ripple", 0.2, 5.0}, AngleEffect{"speed_ripple", 0.02, 3.0},
+        AngleEffect{"gravity", 0.3, 1.0}}) {
+    for (const unsigned seed : {1, 2, 3}) {
+      const Case c(effect, effect, size, harmonic, seed);
+      const Score score = score_of(c, effect, harmonic);
+      EXPECT_LT(score.p_value, 1e-6) << effect << seed;
+      EXPECT_NEAR(score.sizes[0], size, 0.2 * size) << effect << seed;
+      // A fifth of the size across the phase turns it by a fifth of a radian.
+      const double late = score.angles.at(0) - c.states[0][kArmStates];
+      EXPECT_LT(std::abs(std::remainder(harmonic * late, 2.0 * std::numbers::pi)), 0.2)
+          << effect << seed;
+    }
+  }
 }
 
 TEST(Trials, HaveTheirSizesAtZeroAndTheirShapesOnTheGrid) {
@@ -89,6 +102,21 @@ TEST(Trials, HaveTheirSizesAtZeroAndTheirShapesOnTheGrid) {
     for (const int i : trial.sizes) EXPECT_EQ(trial.model.parameters[i].value, 0.0) << trial.effect;
     EXPECT_NO_THROW(trial.model.check()) << trial.effect;
   }
+}
+
+TEST(Trials, CountAllThatWasLookedAt) {
+  const auto looks = [](const Suggested& suggested) {
+    double sum = 0.0;
+    for (const Trial& trial : trials_for(published_estimate(), suggested)) sum += trial.looks;
+    return sum;
+  };
+  const double without = looks({{1.0, 2.0}, {}, 2.0, 0.0});
+  EXPECT_EQ(without,
+            static_cast<double>(trials_for(published_estimate(), {{1.0, 2.0}, {}}).size()));
+  // Two effects repeat with the angle and three resonate; how many are left does not matter.
+  EXPECT_NEAR(looks({{1.0, 2.0, 7.0}, {5.5, 6.5}, 302.0, 800.0}), without + 2 * 300 + 3 * 800,
+              1e-9 * without);
+  EXPECT_NEAR(looks({{1.0, 2.0}, {}, 302.0, 800.0}), without + 2 * 300 + 3 * 800, 1e-9 * without);
 }
 
 TEST(Trials, LeaveOutWhatTheModelHas) {

@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <numeric>
 #include <random>
 
 #include "armukf/core/error.hpp"
+#include "armukf/core/fourier.hpp"
 
 namespace armukf {
 namespace {
@@ -26,22 +28,20 @@ constexpr std::array<std::string_view, 4> kNames{
 /// scaled so that its greatest absolute value is `peak`.
 std::vector<double> multisine(const std::vector<int>& lines, int samples, double peak,
                               std::mt19937_64& random) {
-  // Only whole multiples of a turn's N-th part occur: a table of them keeps the sum periodic
-  // exactly.
-  std::vector<double> cosine(samples);
-  std::vector<double> sine(samples);
-  for (int n = 0; n < samples; ++n) {
-    cosine[n] = std::cos(kTurn * n / samples);
-    sine[n] = std::sin(kTurn * n / samples);
-  }
-  std::vector<double> sum(samples);
+  std::vector<double> in_phase(samples, 0.0);
+  std::vector<double> quadrature(samples, 0.0);
   for (const int line : lines) {
     const double phase = std::uniform_real_distribution(0.0, kTurn)(random);
-    const double in_phase = std::cos(phase);
-    const double quadrature = std::sin(phase);
-    for (int n = 0, angle = 0; n < samples; ++n, angle = (angle + line) % samples)
-      sum[n] += in_phase * cosine[angle] - quadrature * sine[angle];
+    in_phase[line] = std::cos(phase);
+    quadrature[line] = std::sin(phase);
   }
+  // fourier turns the other way: its real part holds the cosines, its imaginary part less the
+  // sines.
+  const std::vector<std::complex<double>> cosines = fourier(in_phase);
+  const std::vector<std::complex<double>> sines = fourier(quadrature);
+  std::vector<double> sum;
+  sum.reserve(samples);
+  for (int n = 0; n < samples; ++n) sum.push_back(cosines[n].real() + sines[n].imag());
   const auto [least, greatest] = std::ranges::minmax(sum);
   for (double& value : sum) value *= peak / std::max(greatest, -least);
   return sum;

@@ -18,8 +18,11 @@ struct ResidualTests {
   int crosscorrelation_outside = 0;
 };
 
-/// Of residuals e (NaN where missing) under the input u.
-/// Source: L. Ljung, System Identification, 2nd ed. 1999, section 16.6, eq. 16.67 to 16.71.
+/// Of residuals e (NaN where missing) under the input u. Residuals of the autocorrelation r_e
+/// correlate by chance with an input of the autocorrelation r_u, with variance
+/// sum_k r_e(k) r_u(k) / N over all lags k of both signs.
+/// Source: L. Ljung, System Identification, 2nd ed. 1999, section 16.6, eq. 16.67 to 16.71; the
+/// variance: M. S. Bartlett, J. Royal Statistical Society 98 (1935).
 ResidualTests residual_tests(std::span<const double> e, std::span<const double> u);
 
 }  // namespace armukf

@@ -1,6 +1,7 @@
 #include "armukf/core/statistics.hpp"
 
 #include <algorithm>
+#include <boost/math/special_functions/beta.hpp>
 #include <boost/math/special_functions/erf.hpp>
 #include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
@@ -56,6 +57,17 @@ double mean_square_error(std::span<const double> y, std::span<const double> pred
 double chi_square_tail(double x, double degrees_of_freedom) {
   if (std::isnan(x) || !(degrees_of_freedom > 0.0)) return kNaN;
   return std::isinf(x) ? 0.0 : boost::math::gamma_q(degrees_of_freedom / 2, std::max(x, 0.0) / 2);
+}
+
+double hotelling_tail(double x, double dimension, double degrees_of_freedom) {
+  if (std::isnan(x) || !(dimension > 0.0)) return kNaN;
+  if (std::isinf(x)) return 0.0;
+  // Where the covariance has less freedom than it has dimensions, x tells no more than with as
+  // many.
+  const double freedom = std::max(degrees_of_freedom, dimension);
+  // x rest / (freedom dimension) is of Fisher's distribution with (dimension, rest) degrees.
+  const double rest = freedom - dimension + 1.0;
+  return boost::math::ibeta(0.5 * rest, 0.5 * dimension, freedom / (freedom + std::max(x, 0.0)));
 }
 
 double normal_band(double probability) {

@@ -33,6 +33,11 @@ double mean_square_error(std::span<const double> y, std::span<const double> pred
 /// P(X > x) of a chi-square variable with that many degrees of freedom.
 double chi_square_tail(double x, double degrees_of_freedom);
 
+/// P(X > x) of a variable x = b' C^-1 b of Hotelling's: b normal of that dimension, C an estimate
+/// of its covariance with so many degrees of freedom; chi-square where these are many. Source: T.
+/// W. Anderson, An Introduction to Multivariate Statistical Analysis, 2003, theorem 5.2.2.
+double hotelling_tail(double x, double dimension, double degrees_of_freedom);
+
 /// The bound that a standard normal variable's magnitude keeps with this probability.
 double normal_band(double probability);
 

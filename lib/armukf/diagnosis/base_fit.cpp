@@ -6,7 +6,9 @@
 #include <tuple>
 
 #include "armukf/batch/frequency_start.hpp"
+#include "armukf/batch/prediction.hpp"
 #include "armukf/core/error.hpp"
+#include "armukf/core/parallel.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/model/plant.hpp"
 
@@ -136,8 +138,20 @@ FittedModel placed(const Model& model, const std::vector<Record>& pieces,
   return result;
 }
 
-BaseFit base_fit(const Model& model, const std::vector<Record>& pieces,
+OneStep one_step(const FittedModel& fit, const std::vector<Record>& pieces,
                  const Propagation& propagation) {
+  OneStep result;
+  for (std::size_t e = 0; e < pieces.size(); ++e) {
+    const std::vector<Sample>& samples = pieces[e].samples;
+    const Prediction p = predict_ahead(fit.model, fit.x0[e], samples, propagation, 1);
+    for (std::size_t k = 0; k < samples.size(); ++k) result.errors.push_back(samples[k].y - p.y[k]);
+    result.log_likelihood += p.log_likelihood;
+  }
+  return result;
+}
+
+BaseFit base_fit(const Model& model, const std::vector<Record>& pieces,
+                 const Propagation& propagation, int threads) {
   Model soft = model;
   for (const auto& [name, factor] : soft_start())
     if (Parameter& p = soft.parameter(name); !p.known) p.value *= factor;
@@ -145,10 +159,9 @@ BaseFit base_fit(const Model& model, const std::vector<Record>& pieces,
       *std::ranges::max_element(pieces, {}, [](const Record& r) { return r.samples.size(); });
   const std::vector<Model> starts{model, soft,
                                   from_frequency_response(model, longest, propagation)};
-  std::vector<FittedModel> fits;
-  fits.reserve(starts.size());
-  for (const Model& start : starts)
-    fits.push_back(fitted(start, {}, pieces, propagation, kIterations));
+  std::vector<FittedModel> fits(starts.size());
+  for_each_job(threads, static_cast<int>(starts.size()),
+               [&](int i) { fits[i] = fitted(starts[i], {}, pieces, propagation, kIterations); });
   const auto rank = [](const FittedModel& fit) {
     return std::tuple(!std::isfinite(fit.mse), !plausible(fit), fit.mse);
   };

@@ -41,6 +41,14 @@ Model with_fitted_spreads(const FittedModel& fit);
 FittedModel placed(const Model& model, const std::vector<Record>& pieces,
                    const Propagation& propagation);
 
+/// Errors of predictions one sample ahead, and the likelihood of them all.
+struct OneStep {
+  std::vector<double> errors;  // rad/s, of all samples
+  double log_likelihood = 0.0;
+};
+OneStep one_step(const FittedModel& fit, const std::vector<Record>& pieces,
+                 const Propagation& propagation);
+
 /// A base fit that a trace may start from: several starts, and how many ended where the best did.
 struct BaseFit {
   FittedModel best;
@@ -52,6 +60,6 @@ struct BaseFit {
 /// of the longest piece. A minimum whose initial states no machine could have does not count.
 /// Throws InputError where that piece excites too little, or where no start can be simulated.
 BaseFit base_fit(const Model& model, const std::vector<Record>& pieces,
-                 const Propagation& propagation);
+                 const Propagation& propagation, int threads = 0);
 
 }  // namespace armukf

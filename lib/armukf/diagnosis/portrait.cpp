@@ -40,6 +40,7 @@ struct Probe {
   std::string description;
   int columns;
   std::function<double(const Instant&, int)> torque;
+  double looks = 1.0;  // torques of which it is the most conspicuous one
 };
 
 double in_block(const Instant& at, int block) {
@@ -97,44 +98,30 @@ Eigen::MatrixXd torques_of(const Probe& probe, const std::vector<Instant>& motio
   return torques;
 }
 
-/// A periodic torque of that frequency.
-Probe line_probe(double hertz) {
+/// A periodic torque of that frequency, picked from as many.
+Probe line_probe(double hertz, int looked_at) {
   const double w = 2.0 * std::numbers::pi * hertz;
-  return {fmt::format("a periodic torque at {:.2f} Hz", hertz), 2, [w](const Instant& at, int j) {
+  return {fmt::format("a periodic torque at {:.2f} Hz", hertz), 2,
+          [w](const Instant& at, int j) {
             return j == 0 ? std::cos(w * at.time) : std::sin(w * at.time);
-          }};
+          },
+          static_cast<double>(looked_at)};
 }
 
-std::string bands(const FittedModel& fit, const std::vector<double>& times) {
-  constexpr std::array kEdges{0.0, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0};
-  const double length = times.back();
-  const auto n = static_cast<double>(times.size());
-  // Power of each band by differences of running means would leak; plain sums over lines do not.
-  std::vector<double> power(kEdges.size() - 1, 0.0);
+std::string bands(const FittedModel& fit, const std::vector<double>& t) {
+  constexpr std::array kEdges{0.0, 1.0, 3.0, 10.0, 30.0};  // Hz
   double total = 0.0;
+  double count = 0.0;
   for (const double r : fit.residual)
-    if (std::isfinite(r)) total += r * r / n;
+    if (std::isfinite(r)) total += (r * r - total) / ++count;
+  const std::vector<double> power = band_powers(t, fit.residual, kEdges);
   double rest = total;
-  const int last = static_cast<int>(kEdges[4] * length);
-  for (int i = 0; i <= last; ++i) {
-    const double w = 2.0 * std::numbers::pi * i / length;
-    double re = 0.0;
-    double im = 0.0;
-    for (std::size_t k = 0; k < times.size(); ++k) {
-      if (!std::isfinite(fit.residual[k])) continue;
-      const double angle = w * times[k];
-      re += fit.residual[k] * std::cos(angle);
-      im += fit.residual[k] * std::sin(angle);
-    }
-    const double line = (i == 0 ? 1.0 : 2.0) * (re * re + im * im) / (n * n);
-    for (std::size_t b = 0; b + 1 < kEdges.size(); ++b)
-      if (i / length >= kEdges[b] && i / length < kEdges[b + 1]) power[b] += line;
-    rest -= line;
-  }
   std::vector<std::string> parts;
-  for (std::size_t b = 0; b < 4; ++b)
+  for (std::size_t b = 0; b < power.size(); ++b) {
+    rest -= power[b];
     parts.push_back(
         fmt::format("{:g}-{:g} Hz {:.0f} %", kEdges[b], kEdges[b + 1], 100.0 * power[b] / total));
+  }
   parts.push_back(fmt::format("above {:.0f} %", 100.0 * std::max(0.0, rest) / total));
   return fmt::format("size {:.3g} rad/s rms; by band: {}", std::sqrt(total),
                      fmt::join(parts, ", "));
@@ -149,14 +136,16 @@ std::vector<std::string> portrait(const FittedModel& fit, const std::vector<Reco
   const std::vector<Instant> motion = instants(pieces);
   std::vector<Probe> tried = probes();
   const std::vector<double> t = times_of(pieces);
-  for (const std::vector<double>& e : {fit.residual, innovations})
-    for (const SpectralLine& line : lines_over_time(t, e, kHighestHz, kLinePower, kMostLines))
-      tried.push_back(line_probe(line.frequency));
+  for (const std::vector<double>& e : {fit.residual, innovations}) {
+    const SpectralLines found = lines_over_time(t, e, kHighestHz, kLinePower, kMostLines);
+    for (const SpectralLine& line : found.strongest)
+      tried.push_back(line_probe(line.frequency, found.looked_at));
+  }
   std::vector<std::pair<double, std::string>> seen;
   for (const Probe& probe : tried) {
     const Score score = test.of_torques(torques_of(probe, motion));
     const double share = score.gain / fit.mse;
-    if (score.p_value < kLevel && share > kMatters)
+    if (score.p_value * probe.looks < kLevel && share > kMatters)
       seen.emplace_back(
           share, fmt::format("{}: explains {:.0f} % of it", probe.description, 100.0 * share));
   }
@@ -166,7 +155,7 @@ std::vector<std::string> portrait(const FittedModel& fit, const std::vector<Reco
     if (std::ranges::find(lines, text) == lines.end()) lines.push_back(text);
   const std::vector<double> angle = motor_angle(pieces);
   for (const SpectralLine& line :
-       lines_over_angle(angle, innovations, kHighestHarmonic, kLinePower, kMostLines))
+       lines_over_angle(angle, innovations, kHighestHarmonic, kLinePower, kMostLines).strongest)
     lines.push_back(fmt::format("repeats with the motor's angle, {:.2f} times per rad",
                                 line.frequency / (2.0 * std::numbers::pi)));
   if (!lines.empty()) lines.push_back(bands(fit, t));

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <optional>
 
 #include "armukf/batch/pieces.hpp"
@@ -13,16 +12,16 @@
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
+#include "armukf/core/parallel.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/diagnosis/portrait.hpp"
-#include "armukf/diagnosis/score.hpp"
-#include "armukf/diagnosis/spectrum.hpp"
+#include "armukf/diagnosis/search.hpp"
 #include "armukf/fit/covariance.hpp"
 
 namespace armukf {
 namespace {
 
-constexpr double kLevel = 0.01;       // of a score, corrected for the number of trials
+constexpr double kLevel = 0.01;       // of a score by itself, for a refit; that decides
 constexpr double kLeastGain = 0.005;  // of the mean squared error, for a refit
 // Of the validation mean squared error, to be accepted. Coloured sensor noise that a controller
 // feeds back looks like a delay worth 2 %.
@@ -38,19 +37,16 @@ constexpr double kNearlyAsGood = 0.8;  // of the help: the record cannot tell th
 constexpr double kPerParameter = 0.03;  // of the help, the price of each further parameter
 constexpr double kHopelessFit = 20.0;   // percent
 constexpr std::size_t kFewestSamples = 1000;
-constexpr double kHighestHarmonic = 100.0;  // 1/rad
-constexpr double kHighestMode = 120.0;      // Hz
 constexpr double kMoreLeft = 1.5;   // times, of the validation's error over the estimation's
 constexpr double kMostDrift = 5.0;  // times, of a parameter that was known
-constexpr double kLinePower = 6.0;
-constexpr int kMostLines = 3;
-constexpr double kAgree = 0.5;  // of an effect's size, by which two records may differ
+constexpr double kAgree = 0.5;      // of an effect's size, by which two records may differ
 
 /// The pieces of the records, as every step needs them.
 struct Setting {
   std::vector<Record> estimation;
   std::vector<Record> validation;
   const Propagation& propagation;
+  int threads;
 };
 
 /// A model that was fitted to the estimation record and placed on the validation record.
@@ -66,11 +62,6 @@ struct Fits {
   }
 };
 
-struct Scored {
-  Trial trial;
-  Score score;
-};
-
 struct Refit {
   Scored scored;
   Fits fits;
@@ -81,63 +72,6 @@ Fits fits_from(const Model& model, const StatesOfPieces& x0, const Setting& s, i
   FittedModel estimation = fitted(model, x0, s.estimation, s.propagation, iterations);
   FittedModel validation = placed(estimation.model, s.validation, s.propagation);
   return {std::move(estimation), std::move(validation)};
-}
-
-/// Of one sample ahead, and the likelihood of them all.
-struct OneStep {
-  std::vector<double> errors;  // rad/s, of all samples
-  double log_likelihood = 0.0;
-};
-
-OneStep one_step(const FittedModel& fit, const std::vector<Record>& pieces,
-                 const Propagation& propagation) {
-  OneStep result;
-  for (std::size_t e = 0; e < pieces.size(); ++e) {
-    const std::vector<Sample>& samples = pieces[e].samples;
-    const Prediction p = predict_ahead(fit.model, fit.x0[e], samples, propagation, 1);
-    for (std::size_t k = 0; k < samples.size(); ++k) result.errors.push_back(samples[k].y - p.y[k]);
-    result.log_likelihood += p.log_likelihood;
-  }
-  return result;
-}
-
-/// Harmonics of the motor's angle that stand out of the innovations or of the residual, the first
-/// two in any case, and frequencies that stand out of the residual.
-Suggested suggested_by(const FittedModel& fit, const Setting& s) {
-  const std::vector<double> angle = motor_angle(s.estimation);
-  const std::vector<double> e = one_step(fit, s.estimation, s.propagation).errors;
-  Suggested suggested{{1.0, 2.0}, {}};
-  for (const SpectralLine& line :
-       lines_over_angle(angle, e, kHighestHarmonic, kLinePower, kMostLines))
-    suggested.harmonics.push_back(line.frequency);
-  for (const SpectralLine& line :
-       lines_over_angle(angle, fit.residual, kHighestHarmonic, kLinePower, kMostLines))
-    suggested.harmonics.push_back(line.frequency);
-  for (const SpectralLine& line :
-       lines_over_time(times_of(s.estimation), fit.residual, kHighestMode, kLinePower, kMostLines))
-    suggested.frequencies.push_back(line.frequency);
-  return suggested;
-}
-
-/// The best trial of each effect, by what it would gain, corrected for the number of all trials.
-std::vector<Scored> best_trials(const Fits& now, const Setting& s) {
-  const std::vector<Trial> trials =
-      trials_for(now.estimation.model, suggested_by(now.estimation, s));
-  const ScoreTest test(now.estimation, s.estimation, s.propagation);
-  std::map<std::string, Scored> best;
-  for (const Trial& trial : trials) {
-    const Score score = test(trial);
-    const auto at = best.find(trial.effect);
-    if (at == best.end() || score.gain > at->second.score.gain)
-      best.insert_or_assign(trial.effect, Scored{trial, score});
-  }
-  std::vector<Scored> sorted;
-  for (auto& [effect, scored] : best) {
-    scored.score.p_value = std::min(1.0, scored.score.p_value * static_cast<double>(trials.size()));
-    sorted.push_back(std::move(scored));
-  }
-  std::ranges::sort(sorted, std::greater{}, [](const Scored& x) { return x.score.gain; });
-  return sorted;
 }
 
 /// The trial's model a step of that length from no effect.
@@ -291,7 +225,7 @@ std::vector<Scored> worth_refitting(const std::vector<Scored>& scored, const Fit
   std::vector<Scored> chosen;
   for (const Scored& x : scored) {
     if (static_cast<int>(chosen.size()) == kRefits) break;
-    if (x.score.p_value > kLevel || x.score.gain < kLeastGain * now.estimation.mse) continue;
+    if (x.p_value > kLevel || x.score.gain < kLeastGain * now.estimation.mse) continue;
     const auto twins = std::ranges::count_if(
         chosen, [&](const Scored& other) { return alike(x.score, other.score); });
     if (twins < kTwins) chosen.push_back(x);
@@ -300,13 +234,11 @@ std::vector<Scored> worth_refitting(const std::vector<Scored>& scored, const Fit
 }
 
 /// The best refits, most merit first.
-std::vector<Refit> refits_of(const std::vector<Scored>& scored, const Fits& now, const Setting& s,
-                             const std::function<void(double)>& progress) {
-  std::vector<Refit> refits;
-  for (const Scored& candidate : worth_refitting(scored, now)) {
-    progress(static_cast<double>(refits.size()) / kRefits);
-    refits.push_back(refitted(candidate, now, s));
-  }
+std::vector<Refit> refits_of(const std::vector<Scored>& scored, const Fits& now, const Setting& s) {
+  const std::vector<Scored> worth = worth_refitting(scored, now);
+  std::vector<Refit> refits(worth.size());
+  for_each_job(s.threads, static_cast<int>(worth.size()),
+               [&](int i) { refits[i] = refitted(worth[i], now, s); });
   std::ranges::sort(refits, std::greater{}, [&](const Refit& r) { return merit(r, now); });
   return refits;
 }
@@ -315,7 +247,7 @@ void note_candidates(const std::vector<Scored>& scored, const std::vector<Refit>
                      const Fits& now, int round, std::vector<Candidate>& candidates) {
   for (const Scored& x : scored) {
     Candidate candidate{x.trial.effect, round, 100.0 * x.score.gain / now.estimation.mse,
-                        x.score.statistic, x.score.p_value};
+                        x.score.statistic, x.p_value};
     const auto at = std::ranges::find(refits, x.trial.effect,
                                       [](const Refit& r) { return r.scored.trial.effect; });
     if (at != refits.end()) {
@@ -483,11 +415,12 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
     if (progress) progress(stage, share);
   };
   const Setting s{pieces_of(estimation, settings.longest_gap_s),
-                  pieces_of(validation, settings.longest_gap_s), settings.propagation};
+                  pieces_of(validation, settings.longest_gap_s), settings.propagation,
+                  settings.threads};
   check_records(estimation, validation, s);
   Diagnosis diagnosis;
   say("base fit", 0.0);
-  diagnosis.base = base_fit(model, s.estimation, settings.propagation);
+  diagnosis.base = base_fit(model, s.estimation, settings.propagation, settings.threads);
   check_fit(diagnosis.base.best, estimation, "the model, fitted to it,");
   Fits now{diagnosis.base.best,
            placed(diagnosis.base.best.model, s.validation, settings.propagation)};
@@ -497,10 +430,10 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
   for (int round = 1; round <= settings.most_effects; ++round) {
     const double behind = static_cast<double>(round) / (settings.most_effects + 2);
     say(fmt::format("round {}: scores", round), behind);
-    const std::vector<Scored> scored = best_trials(now, s);
-    std::vector<Refit> refits = refits_of(scored, now, s, [&](double share) {
-      say(fmt::format("round {}: refits", round), behind + share / (settings.most_effects + 2));
-    });
+    const std::vector<Scored> scored =
+        best_trials(now.estimation, s.estimation, s.propagation, s.threads);
+    say(fmt::format("round {}: refits", round), behind + 0.3 / (settings.most_effects + 2));
+    std::vector<Refit> refits = refits_of(scored, now, s);
     note_candidates(scored, refits, now, round, diagnosis.candidates);
     const auto chosen = std::ranges::find_if(refits, [&](Refit& refit) {
       return helps(refit, now, s, kShort) ||
@@ -512,7 +445,7 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
         fits_from(chosen->fits.estimation.model, chosen->fits.estimation.x0, s, kLong);
     now = polished.validation.mse < chosen->fits.validation.mse ? polished : chosen->fits;
     const std::string& effect = chosen->scored.trial.effect;
-    diagnosis.effects.push_back({effect, chosen->scored.score.p_value,
+    diagnosis.effects.push_back({effect, chosen->scored.p_value,
                                  100.0 * (1.0 - now.validation.mse / before),
                                  rivals(*chosen, refits)});
     for (Candidate& candidate : diagnosis.candidates)

@@ -28,7 +28,7 @@ struct Candidate {
   int round = 0;
   double gain_percent = 0.0;  // of the mean squared error, by one linearised step
   double statistic = 0.0;
-  double p_value = 1.0;              // corrected for the number of trials
+  double p_value = 1.0;              // corrected for all that was looked at
   double refitted_estimation = 0.0;  // (rad/s)^2, if it was refitted in full; else 0
   double refitted_validation = 0.0;
   bool accepted = false;
@@ -36,7 +36,7 @@ struct Candidate {
 
 struct FoundEffect {
   std::string effect;
-  double p_value = 1.0;                    // of its score
+  double p_value = 1.0;                    // of its score, corrected for all that was looked at
   double mse_reduction_percent = 0.0;      // on the validation record, when it was added
   std::vector<std::string> confused_with;  // families that explain nearly as much in its stead
 };
@@ -60,6 +60,7 @@ struct Diagnosis {
 struct TraceSettings {
   Propagation propagation;
   int most_effects = 5;
+  int threads = 0;  // that share the work; 0: one per processor; no result depends on it
   double longest_gap_s = kLongestGapS;  // s; a record is cut at longer intervals
 };
 

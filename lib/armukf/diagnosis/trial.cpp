@@ -1,5 +1,6 @@
 #include "armukf/diagnosis/trial.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace armukf {
@@ -20,14 +21,25 @@ std::vector<double> values_of(const Grid& grid, double nominal, const Suggested&
   return values;
 }
 
+/// Values that were looked at for each that is left; those of the grid itself are all left.
+double looks_of(const Grid& grid, std::size_t values, const Suggested& suggested) {
+  double looked_at = static_cast<double>(values);
+  if (grid.periodic) looked_at = suggested.harmonics_looked_at;
+  if (grid.resonant) looked_at = grid.points + suggested.frequencies_looked_at;
+  return std::max(1.0, looked_at / static_cast<double>(values));
+}
+
 /// Each trial with each value of that parameter.
 std::vector<Trial> crossed(const std::vector<Trial>& trials, int position, const Grid& grid,
                            const Suggested& suggested) {
   std::vector<Trial> all;
   for (const Trial& trial : trials) {
-    for (const double value : values_of(grid, trial.model.parameters[position].value, suggested)) {
+    const std::vector<double> values =
+        values_of(grid, trial.model.parameters[position].value, suggested);
+    for (const double value : values) {
       Trial at = trial;
       at.model.parameters[position].value = value;
+      at.looks *= looks_of(grid, values.size(), suggested);
       if (grid.periodic) at.harmonic = value;
       all.push_back(std::move(at));
     }

@@ -15,12 +15,15 @@ struct Trial {
   std::vector<int> sizes;  // positions of the parameters that make it larger than nothing
   int angle_state = -1;    // of an effect that repeats with an angle: that angle's position
   double harmonic = 1.0;   // 1/rad, how often
+  double looks = 1.0;      // trials that were looked at for each one that is left, as this is
 };
 
-/// What the spectra of a residual suggest.
+/// What the spectra of a residual suggest, and from how many.
 struct Suggested {
   std::vector<double> harmonics;    // 1/rad, of effects that repeat with the motor's angle
   std::vector<double> frequencies;  // Hz, of resonances
+  double harmonics_looked_at = 0.0;
+  double frequencies_looked_at = 0.0;
 };
 
 /// Every effect of the catalogue that the model does not have, over its grid.
