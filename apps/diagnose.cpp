@@ -110,8 +110,9 @@ void add_diagnose(CLI::App& program) {
   command.footer(
       "FILE is fitted, the validation record only judges; without one the last 30 % of FILE do.\n"
       "Initial states are fitted on both. An effect is accepted where its score is beyond chance\n"
-      "for residuals of any colour and as many candidates, and where it lowers the validation\n"
-      "error by more than chance with a size that both records agree on.");
+      "for residuals of any colour, and where it lowers the validation error by more than chance\n"
+      "with a size that both records agree on. The p-values shown count all that was looked at:\n"
+      "every candidate, and every line of the spectra that harmonics and frequencies come from.");
   const auto o = std::make_shared<DiagnoseOptions>();
   command.add_option("FILE", o->input, "the record to fit, as CSV; - is standard input")
       ->required();
