@@ -29,15 +29,15 @@ TEST(Fourier, IsThePlainSumForEveryLength) {
   }
 }
 
-/// A prime number of values, as many as ten minutes have: by plain sums hours.
+/// A prime number of values, as many as three minutes have: by plain sums ten minutes.
 TEST(Fourier, TakesAnyLength) {
-  constexpr std::size_t kCount = 1200007;
+  constexpr std::size_t kCount = 400009;
   std::vector<double> values(kCount);
   for (std::size_t k = 0; k < kCount; ++k)
     values[k] = std::cos(kTurn * static_cast<double>(1000 * k % kCount) / kCount);
   const std::vector<std::complex<double>> lines = fourier(values);
   EXPECT_NEAR(lines[1000].real(), 0.5 * kCount, 1e-6 * kCount);
-  for (const std::size_t j : {0, 999, 1001, 500000}) EXPECT_LT(std::abs(lines[j]), 1e-6 * kCount);
+  for (const std::size_t j : {0, 999, 1001, 200000}) EXPECT_LT(std::abs(lines[j]), 1e-6 * kCount);
 }
 
 TEST(Powers, HoldTheEnergyWithZerosBehind) {

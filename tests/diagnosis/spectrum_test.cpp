@@ -50,12 +50,12 @@ TEST(Lines, StandOutAtTheirFrequencyWithTheirAmplitude) {
     }
     const std::vector<SpectralLine> lines = lines_over_time(t, e, 100.0, 30.0, 3).strongest;
     ASSERT_EQ(lines.size(), 3U);
-    for (const auto& [hertz, amplitude] : truth) {
+    for (const Truth& sine : truth) {
       const auto line = std::ranges::min_element(
-          lines, {}, [&](const SpectralLine& l) { return std::abs(l.frequency - hertz); });
-      const double off = kOff + 4.0 * deviation(amplitude, 1.0, static_cast<double>(count));
-      EXPECT_NEAR(line->frequency, hertz, off / (t.back() - t.front())) << count;
-      EXPECT_NEAR(line->amplitude, amplitude, 4.0 * noise_of_one) << count;
+          lines, {}, [&](const SpectralLine& l) { return std::abs(l.frequency - sine.hertz); });
+      const double off = kOff + 4.0 * deviation(sine.amplitude, 1.0, static_cast<double>(count));
+      EXPECT_NEAR(line->frequency, sine.hertz, off / (t.back() - t.front())) << count;
+      EXPECT_NEAR(line->amplitude, sine.amplitude, 4.0 * noise_of_one) << count;
     }
   }
 }

@@ -23,7 +23,7 @@ std::vector<double> values_of(const Grid& grid, double nominal, const Suggested&
 
 /// Values that were looked at for each that is left; those of the grid itself are all left.
 double looks_of(const Grid& grid, std::size_t values, const Suggested& suggested) {
-  double looked_at = static_cast<double>(values);
+  auto looked_at = static_cast<double>(values);
   if (grid.periodic) looked_at = suggested.harmonics_looked_at;
   if (grid.resonant) looked_at = grid.points + suggested.frequencies_looked_at;
   return std::max(1.0, looked_at / static_cast<double>(values));

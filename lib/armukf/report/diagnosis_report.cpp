@@ -157,7 +157,7 @@ std::string effect_text(const Diagnosis& d, const FoundEffect& effect) {
 
 std::string candidates_text(const Diagnosis& d) {
   std::string text = fmt::format("  {:<5} {:<24} {:>10} {:>12} {:>10} {:>14}\n", "round",
-                                 "candidate", "gain, %", "chi-square", "p", "validation MSE");
+                                 "candidate", "gain, %", "statistic", "p", "validation MSE");
   constexpr int kShown = 6;  // of each round
   int shown = 0;
   int round = 0;
