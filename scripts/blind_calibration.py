@@ -6,9 +6,10 @@ it. Both arms are under the same controller and noise; the controller answers th
 torques differ, as they would. A size in the open loop would be cheaper and mean less: what feedback
 and refitting hide is gone. The size is searched for, once, with `armukf fit` and `evaluate` on the
 plain model, which diagnose has no part in, and kept, so that another version of the program is tried
-on the same records. The growth that a version finds stands in each row of its score.
+on the same records. The growth that a version finds stands in each row of its score. A size at which
+the loop of any of the case's records hunts is too large.
 
-Where the largest size that the plant allows, or that its loop bears, grows less than is wanted, the
+Where the largest size that the plant allows, or that its loops bear, grows less than is wanted, the
 draw is taken as a place between the least and that.
 """
 

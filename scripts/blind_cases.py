@@ -39,7 +39,7 @@ GROUPS = {"null": 0, "single": 100_000, "several": 200_000, "foreign": 300_000}
 # Records of a group; of single and foreign for each of their effects. Every third of several has
 # three effects, the others two.
 COUNTS = {"tuning": {"null": 60, "single": 4, "several": 12, "foreign": 1},
-          "score": {"null": 100, "single": 9, "several": 30, "foreign": 3}}
+          "score": {"null": 100, "single": 10, "several": 30, "foreign": 3}}
 
 
 @dataclass(frozen=True)

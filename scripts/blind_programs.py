@@ -15,6 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 
+RECORDS = ("estimation", "validation", "test")
 KNOWN = ["Fv", "Fc", "Fcs", "alpha", "beta", "J"]  # of an arm; its owner has measured them
 INITIAL = ["--free-initial", "all"]  # twists are not zero when a record of an arm in motion begins
 
@@ -79,17 +80,17 @@ def largest_sizes(programs):
     return {name: (float(typical), float(largest)) for name, _, typical, largest in rows}
 
 
-def make_records(programs, effects, seed, folder, uses=("estimation", "validation")):
-    """Paths of the records of the arm of that seed with these (name, size), and what is true of it."""
-    folder = Path(folder)
-    records = {use: folder / f"{use}.csv" for use in uses}
-    truth = folder / "truth.json"
-    command = [programs.plant, "--seed", seed, "--truth", truth]
+def make_records(programs, effects, seed, folder):
+    """Paths of the records of the arm of that seed with these (name, size), and what is true of it.
+    `calm` is the test record once more, without any noise."""
+    records = {use: Path(folder, f"{use}.csv") for use in (*RECORDS, "calm")}
+    truth = Path(folder, "truth.json")
+    command = [programs.plant, "--seed", seed]
     for name, size in effects:
         command += ["--effect", f"{name}={size!r}"]
-    for use, path in records.items():
-        command += [f"--{use}", path]
-    called(command, programs.timeout_s)
+    noisy = [part for use in RECORDS for part in (f"--{use}", records[use])]
+    called([*command, *noisy, "--truth", truth], programs.timeout_s)
+    called([*command, "--noise-factor", 0, "--test", records["calm"]], programs.timeout_s)
     return records, json.loads(truth.read_text())
 
 
@@ -110,13 +111,12 @@ def error(programs, record, model):
 
 
 def plain_errors(programs, records, truth):
-    """MSE, on each record but the first, of the model without effects that fits the first. The search
-    begins at the true values, so that no local minimum far from them is taken for the least."""
-    use, *others = records
-    model = records[use].with_name("plain.toml")
-    called([programs.armukf, "fit", records[use], *INITIAL, *settings(truth["arm"]), "--save", model,
-            "--quiet"], programs.timeout_s)
-    return {other: error(programs, records[other], model) for other in others}
+    """MSE on each record of the model without effects that fits the first one. The search begins at
+    the true values, so that no local minimum far from them is taken for the least."""
+    model = records["estimation"].with_name("plain.toml")
+    called([programs.armukf, "fit", records["estimation"], *INITIAL, *settings(truth["arm"]), "--save",
+            model, "--quiet"], programs.timeout_s)
+    return {use: error(programs, path, model) for use, path in records.items()}
 
 
 def described_tree():

@@ -11,9 +11,12 @@ the seed draws arm, noise, controller and motions (blind_cases.py); sizes lie in
 score half, whose seeds and arms nothing has seen.
 
 A case makes three records. `diagnose` is given two, and what is known of the arm: friction at the
-motor and J. The third judges what it ends with: its error there beside that of the plain model (which
-`fit` finds on the first record from the true values on) and that of the plain model on the same seed
-without the effect, which is the floor. Avoidable is what lies between the two.
+motor and J. The third, whose motion may be of another kind, judges what it ends with: made worse is
+what errs more there than the plain model, which `fit` finds on the first record from the true values
+on. Torque noise adds up to slow errors that a wrong effect may happen to follow, on a third record as
+on any other; how much of the avoidable error is gone is therefore seen on the third record made once
+more without noise. Avoidable is what lies between the plain model's error on it and the same of the
+seed without the effect, the floor.
 
 Growth is the plain model's validation error over the floor. `named`: yes, if each effect is among
 those added; list, if it is at least among the first three names that one of them is told with, its own
@@ -38,8 +41,6 @@ from blind_programs import (ROOT, Failure, Programs, called, error, in_parallel,
                             plain_errors, told)
 from blind_table import Outcome, header, section
 
-RECORDS = ("estimation", "validation", "test")
-
 
 def diagnosed(programs, records, known, model):
     answer = called([programs.armukf, "diagnose", records["estimation"], "--validate",
@@ -59,16 +60,16 @@ def answered(programs, case, effects):
     """What a case gives; a failure too is an answer."""
     with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as null_folder:
         try:
-            records, truth = make_records(programs, effects, case.seed, folder, RECORDS)
+            records, truth = make_records(programs, effects, case.seed, folder)
             plain = plain_errors(programs, records, truth)
             floor = plain
             if effects:
-                floor = plain_errors(
-                    programs, *make_records(programs, (), case.seed, null_folder, RECORDS))
+                floor = plain_errors(programs, *make_records(programs, (), case.seed, null_folder))
             model = Path(folder, "completed.toml")
             found = diagnosed(programs, records, told(truth), model)
             return {"world": truth, "plain": plain, "floor": floor, "diagnose": found,
-                    "completed": {"test": error(programs, records["test"], model)}}
+                    "completed": {use: error(programs, records[use], model)
+                                  for use in ("test", "calm")}}
         except Failure as failure:
             return {"failure": str(failure).splitlines()[-1]}
 

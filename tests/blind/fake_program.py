@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 NULL_ERROR = 0.04  # (rad/s)^2
+CALM_ERROR = 0.001
 KNOWN = {"torque_bias", "flexible_mode_gear", "flexible_mode_motor", "drive_lag", "sensor_lag"}
 RIVALS = ["input_delay", "sensor_lag", "torque_gain"]  # of a drive's lag
 WORLD = {"arm": dict.fromkeys(["Fv", "Fc", "Fcs", "alpha", "beta", "J", "k_a"], 1.0),
@@ -26,7 +27,8 @@ def known(name):
 
 
 def error(record, effects):
-    return NULL_ERROR + sum(s * s for n, s in record["effects"].items() if known(n) not in effects)
+    least = CALM_ERROR if record["calm"] else NULL_ERROR
+    return least + sum(s * s for n, s in record["effects"].items() if known(n) not in effects)
 
 
 def diagnose(record):
@@ -52,14 +54,16 @@ def diagnose(record):
 
 def make_records():
     effects = dict((n, float(s)) for n, s in (e.split("=") for e in values_of("--effect")))
-    record = {"effects": effects, "seed": values_of("--seed")[0]}
+    record = {"effects": effects, "seed": values_of("--seed")[0],
+              "calm": values_of("--noise-factor") == ["0"]}
     for use in USES:
         for path in values_of(use):
             # The third record shows effects at half their size.
             part = 0.5 if use == "--test" else 1.0
             of_use = {**record, "effects": {n: part * s for n, s in effects.items()}}
             Path(path).write_text(json.dumps(of_use))
-    Path(values_of("--truth")[0]).write_text(json.dumps(WORLD))
+    for path in values_of("--truth"):
+        Path(path).write_text(json.dumps(WORLD))
 
 
 def main():

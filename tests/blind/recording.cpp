@@ -16,7 +16,7 @@ constexpr int kSubsteps = 4;
 constexpr double kRunIn = 3.0;           // s, after which little of the start is left
 constexpr double kRunaway = 1000.0;      // rad/s, that no stable loop reaches
 constexpr double kLimit = 30.0;          // N.m, of the command
-constexpr double kMostAtLimit = 0.05;    // of the samples; a loop beyond it hunts
+constexpr double kMostAtLimit = 0.1;     // of the samples; a loop beyond it hunts
 constexpr double kDropoutSamples = 8.0;  // mean length
 
 class Noise {
