@@ -130,4 +130,7 @@ def calibrate(programs, cases, jobs):
 
 def sized(case, sizes):
     """The (name, size) of the case's effects."""
-    return tuple((name, sizes[key(case, i)]["size"]) for i, (name, _) in enumerate(case.wanted))
+    keys = [key(case, i) for i in range(len(case.wanted))]
+    if not set(keys) <= set(sizes):
+        raise SystemExit(f"no size of {', '.join(keys)}: run --calibrate")
+    return tuple((name, sizes[k]["size"]) for k, name in zip(keys, case.names))

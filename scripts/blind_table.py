@@ -120,6 +120,10 @@ def named_lines(outcomes):
                 f"list of {LONGEST_LIST} {share_of(some, lambda o: o.named != 'no')}")
 
     lines = [line("all", outcomes)]
+    if any(len(o.case.names) > 1 for o in outcomes):
+        how = Counter(how_named(n, o.added) for o in outcomes for n in o.case.names)
+        lines.append(f"of their effects one by one: outright {share(how['yes'], how.total())}, at "
+                     f"least in a list {share(how['yes'] + how['list'], how.total())}")
     for low, high in BANDS:
         some = [o for o in outcomes if low <= o.growth < high]
         if some:
@@ -138,7 +142,10 @@ def removed_lines(outcomes):
 
 def null_lines(outcomes):
     alarms = [o for o in outcomes if o.added]
-    return [f"records with an effect accepted: {share(len(alarms), len(outcomes))}"]
+    return [f"records with an effect accepted: {share(len(alarms), len(outcomes))}; effects: "
+            f"{sum(len(o.added) for o in alarms)}",
+            "verdict 'model sufficient': "
+            + share_of(outcomes, lambda o: o.verdict == "model sufficient")]
 
 
 def foreign_lines(outcomes):

@@ -13,7 +13,7 @@ sys.path.insert(0, str(HERE.parent.parent / "scripts"))
 
 import blind_score as score  # noqa: E402
 import blind_table as table  # noqa: E402
-from blind_calibration import TOLERANCE, calibrated, reachable, size_for  # noqa: E402
+from blind_calibration import TOLERANCE, calibrated, reachable, size_for, sized  # noqa: E402
 from blind_cases import (CATALOGUE, COUNTED_GROWTH, COUNTS, FOREIGN, GROUPS, HALVES,  # noqa: E402
                          ONE_DELAY, WANTED_GROWTH, Case, cases_of, counts_as)
 from blind_programs import Programs, called, largest_sizes  # noqa: E402
@@ -131,6 +131,11 @@ class Table(unittest.TestCase):
         self.assertIn("not counted, growth not from ×1.3 to ×40: 2", text)
         self.assertIn("avoidable error removed: median 0 %, at least 80 % in 1 of 3 (33 %)", text)
 
+    def test_summary_of_several_counts_each_effect_too(self):
+        text = table.summary("several", [tried("several", ("flexible_mode.motor", 0.3),
+                                               ("torque_bias", 0.1))])
+        self.assertIn("one by one: outright 1 of 2 (50 %), at least in a list 1 of 2", text)
+
     def test_summary_of_foreign_counts_content_with_the_model(self):
         self.assertIn("'model sufficient': 1 of 1 (100 %), two_modes 1",
                       table.summary("foreign", [tried("foreign", ("two_modes", 0.5))]))
@@ -171,6 +176,10 @@ class Calibration(unittest.TestCase):
         self.assertLess(found["wanted"], 1 + 0.25**2 / NULL_ERROR)
         self.assertGreater(found["wanted"], WANTED_GROWTH[0])
         self.assertAlmostEqual(reachable(WANTED_GROWTH[1], 5.0, 1), 5.0)
+
+    def test_case_without_a_size_is_refused(self):
+        with self.assertRaisesRegex(SystemExit, "no size of 1 gravity: run --calibrate"):
+            sized(Case("single", 1, (("gravity", 2.0),)), {})
 
     def test_search_stays_below_instability(self):
         size, growth = size_for(2.5, lambda s: 1 + s**4 if s < 1.3 else math.inf, 30.0, 20.0)
