@@ -1,208 +1,136 @@
 #!/usr/bin/python3
 """Lets `armukf diagnose` find effects that it does not know of, and keeps the score.
 
-    blind_score.py --group null|large|small|pairs|foreign|all [--seeds N] [--only NAME]
-    blind_score.py --calibrate [--only NAME]      sizes of the effects, into tests/blind/sizes.json
+    blind_score.py --half tuning|score --cache FOLDER --output FILE.md     the whole table of a half
+    blind_score.py --half … --cache FOLDER --shard 2/8                     a part of it
+    blind_score.py --half … --calibrate                                    sizes of its effects
 
-Records come from blind_plant, which shares no code with armukf. A seed also chooses arm, controller
-and noise (blind_cases.py). Growth is the plain model's validation error over that on the null record
-of the same seed, which is the floor; achievable is the error of a fit that is told the effect, and may
-lie above the floor where that fit, from its default start, ends in a local minimum. Avoidable is what
-lies between the plain model's error and the floor. The score, in Markdown, goes to standard output or
-to --output. Exit status 1: a program failed.
+Records come from blind_plant, which shares no code with armukf. Each case has a seed of its own, and
+the seed draws arm, noise, controller and motions (blind_cases.py); sizes lie in tests/blind/sizes.json
+(blind_calibration.py). Whoever sets a threshold looks at the tuning half only; the claim is made on the
+score half, whose seeds and arms nothing has seen.
+
+A case makes three records. `diagnose` is given two, and what is known of the arm: friction at the
+motor and J. The third, whose motion may be of another kind, judges what it ends with: made worse is
+what errs more there than the plain model, which `fit` finds on the first record from the true values
+on. Torque noise adds up to slow errors that a wrong effect may happen to follow, on a third record as
+on any other; how much of the avoidable error is gone is therefore seen on the third record made once
+more without noise. Avoidable is what lies between the plain model's error on it and the same of the
+seed without the effect, the floor.
+
+Growth is the plain model's validation error over the floor. `named`: yes, if each effect is among
+those added; list, if it is at least among the first three names that one of them is told with, its own
+and those it is confused with; names of one class (blind_cases.CLASSES) count as one.
+
+What a case gave is kept in the cache, and found again there only for the same programs (by hash),
+sizes and options; so a run may be cut short, go on, or be cut in shards, a process each, and then
+put together by one without --shard. Exit status 1: a program failed.
 """
 
 import argparse
+import fcntl
+import hashlib
 import json
-import statistics
 import sys
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 
-from blind_calibration import calibrate
-from blind_cases import (CATALOGUE, FOREIGN, PAIRS, ROOT, SIZES, SURROUNDINGS, Case, Failure, Programs,
-                         base, called, fitted_error, in_parallel, make_records, plain_error,
-                         spellings)
-
-SEEDS = {"null": 60, "large": 3, "small": 3, "pairs": 3, "foreign": 3}
-GROWTH_OF = {"large": (2.0, float("inf")), "small": (1.2, 1.5)}
+from blind_calibration import calibrate, known_sizes, sized
+from blind_cases import CATALOGUE, FOREIGN, GROUPS, HALVES, cases_of, counts_as
+from blind_programs import (ROOT, Failure, Programs, called, error, in_parallel, make_records,
+                            plain_errors, told)
+from blind_table import Outcome, header, section
 
 
-@dataclass
-class Outcome:
-    case: Case
-    failure: str = ""
-    verdict: str = ""
-    effects: tuple = ()  # as added by diagnose
-    named: str = ""      # yes, confused, no
-    before: float = float("nan")  # validation MSE, (rad/s)^2
-    after: float = float("nan")
-    achievable: float = float("nan")
-
-    plain: float = float("nan")  # of the fit without effects
-    floor: float = float("nan")  # the same where nothing is missing
-
-    @property
-    def growth(self):
-        return self.plain / self.floor
-
-    @property
-    def removed_percent(self):
-        """Of the avoidable error."""
-        return 100 * (self.before - self.after) / (self.before - self.floor)
-
-    @property
-    def made_worse(self):
-        return self.after > 1.02 * self.before
+def diagnosed(programs, records, known, model):
+    answer = called([programs.armukf, "diagnose", records["estimation"], "--validate",
+                     records["validation"], *known, *programs.diagnose_options, "--save", model,
+                     "--json", "-", "--quiet"], programs.timeout_s)
+    found = json.loads(answer.out)
+    return {"verdict": found["verdict"],
+            "effects": [{"name": e["name"], "confused_with": e.get("confused_with", []),
+                         "parameters": {n: p["value"] for n, p in e.get("parameters", {}).items()}}
+                        for e in found["effects"]],
+            "before": found["before"]["validation"]["mse"],
+            "after": found["after"]["validation"]["mse"],
+            "seconds": round(answer.seconds, 2), "cpu_seconds": round(answer.cpu_seconds, 2)}
 
 
-def diagnosed(programs, records):
-    estimation, validation = records
-    return json.loads(called([programs.armukf, "diagnose", estimation, "--validate", validation,
-                              *programs.diagnose_options, "--json", "-", "--quiet"],
-                             programs.timeout_s))
-
-
-def how_named(names, effects):
-    """Whether each of the names is that of an effect added, or one it is confused with."""
-    added = {base(e["name"]) for e in effects}
-    confused = {base(n) for e in effects for n in e.get("confused_with", [])}
-    if not names:
-        return ""
-    if all(base(n) in added for n in names):
-        return "yes"
-    return "confused" if all(base(n) in added | confused for n in names) else "no"
-
-
-def achievable_error(programs, records, names):
-    """Least MSE over the spellings of the names that armukf knows; nan if it knows none."""
-    errors = []
-    variants = [[n] for n in spellings(names[0])]
-    for name in names[1:]:
-        variants = [v + [n] for v in variants for n in spellings(name)]
-    for variant in variants:
+def answered(programs, case, effects):
+    """What a case gives; a failure too is an answer."""
+    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as null_folder:
         try:
-            errors.append(fitted_error(programs, records, variant))
-        except Failure:
-            continue  # a name of which armukf does not know
-    return min(errors, default=float("nan"))
-
-
-def tried(programs, case):
-    outcome = Outcome(case)
-    names = [name for name, _ in case.effects]
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            records = make_records(programs, case.effects, case.seed, folder)
-            if names:
-                outcome.plain = fitted_error(programs, records)
-                outcome.floor = plain_error(programs, (), case.seed)
-            if names and case.group != "foreign":
-                outcome.achievable = achievable_error(programs, records, names)
-            result = diagnosed(programs, records)
+            records, truth = make_records(programs, effects, case.seed, folder)
+            plain = plain_errors(programs, records, truth)
+            floor = plain
+            if effects:
+                floor = plain_errors(programs, *make_records(programs, (), case.seed, null_folder))
+            model = Path(folder, "completed.toml")
+            found = diagnosed(programs, records, told(truth), model)
+            return {"world": truth, "plain": plain, "floor": floor, "diagnose": found,
+                    "completed": {use: error(programs, records[use], model)
+                                  for use in ("test", "calm")}}
         except Failure as failure:
-            outcome.failure = str(failure).splitlines()[-1]
-            return outcome
-    outcome.verdict = result["verdict"]
-    outcome.effects = tuple(e["name"] for e in result["effects"])
-    outcome.named = how_named(names, result["effects"]) if case.group != "foreign" else ""
-    outcome.before = result["before"]["validation"]["mse"]
-    outcome.after = result["after"]["validation"]["mse"]
-    return outcome
+            return {"failure": str(failure).splitlines()[-1]}
 
 
-def chosen(names, only):
-    return [n for n in names if only in (None, n, base(n))]
+class Cache:
+    """Answers as JSON lines in a folder, which several processes may share; failures are not kept."""
+
+    def __init__(self, folder):
+        self.path = folder and Path(folder) / "answers.jsonl"
+        self.answers = {}
+        if folder:
+            Path(folder).mkdir(parents=True, exist_ok=True)
+            if self.path.exists():
+                for line in self.path.read_text().splitlines():
+                    kept = json.loads(line)
+                    self.answers[kept["key"]] = kept["answer"]
+
+    def answer(self, asked, find):
+        key = hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()[:32]
+        if key not in self.answers:
+            self.answers[key] = find()
+            if self.path and "failure" not in self.answers[key]:
+                line = json.dumps({"key": key, "asked": asked, "answer": self.answers[key]})
+                with self.path.open("a") as file:
+                    fcntl.flock(file, fcntl.LOCK_EX)
+                    file.write(line + "\n")
+        return self.answers[key]
 
 
-def cases_of(group, seeds, only, sizes):
-    def size(name, kind, seed):
-        return sizes[name][kind][(seed - 1) % len(SURROUNDINGS)]["size"]
+def tried(programs, case, effects, cache, stamp):
+    def find():
+        answer = answered(programs, case, effects)
+        if programs.stamp() != stamp:
+            raise SystemExit("blind_score.py: a program has been replaced under the score")
+        return answer
 
-    numbers = range(1, (seeds or SEEDS[group]) + 1)
-    if group == "null":
-        return [Case(group, (), s) for s in numbers]
-    if group == "pairs":
-        return [Case(group, tuple((n, size(n, "large", s)) for n in pair), s)
-                for pair in PAIRS for s in numbers]
-    names = chosen(FOREIGN if group == "foreign" else CATALOGUE, only)
-    kind = "small" if group == "small" else "large"
-    return [Case(group, ((n, size(n, kind, s)),), s) for n in names for s in numbers]
+    asked = {**stamp, "options": programs.diagnose_options, "seed": case.seed, "effects": effects}
+    return Outcome(case, effects, cache.answer(asked, find))
 
 
-def number(value, form=".4g"):
-    return format(value, form) if value == value else "–"
+def chosen(cases, only):
+    return [c for c in cases if only is None or only in {*c.names, *map(counts_as, c.names)}]
 
 
-def row(o):
-    cells = [o.case.title, " + ".join(f"{size:g}" for _, size in o.case.effects), str(o.case.seed)]
-    if o.failure:
-        cells += [f"failed: {o.failure}"] + [""] * 8
-    else:
-        cells += [", ".join(o.effects) or "nothing", o.named, o.verdict, number(o.growth, ".2f"),
-                  number(o.before), number(o.after), number(o.achievable), number(o.floor),
-                  number(o.removed_percent, ".0f")]
-    return "| " + " | ".join(cells) + " |"
-
-
-def share(part, whole):
-    return f"{part} of {whole}" + (f" ({100 * part / whole:.0f} %)" if whole else "")
-
-
-def named_summary(group, outcomes):
-    lower, upper = GROWTH_OF.get(group, (0.0, float("inf")))
-    counted = [o for o in outcomes if lower <= o.growth <= upper]
-    named = sum(o.named in ("yes", "confused") for o in counted)
-    lines = [f"named, or among the confused: {share(named, len(counted))}; outright "
-             f"{sum(o.named == 'yes' for o in counted)}; found anything "
-             f"{sum(bool(o.effects) for o in counted)}"]
-    if counted:
-        removed = [o.removed_percent for o in counted]
-        lines.append(f"avoidable error removed: median {statistics.median(removed):.0f} %, "
-                     f"least {min(removed):.0f} %, at least 80 % in "
-                     f"{share(sum(r >= 80 for r in removed), len(removed))}")
-    lines.append(f"validation error raised by more than 2 %: {sum(o.made_worse for o in outcomes)}")
-    if len(counted) < len(outcomes):
-        lines.append(f"{len(outcomes) - len(counted)} left out, growth not from {lower} to {upper}")
-    return lines
-
-
-def summary(group, outcomes):
-    done = [o for o in outcomes if not o.failure]
-    lines = [f"records: {len(outcomes)}"]
-    if len(done) < len(outcomes):
-        lines.append(f"failed: {len(outcomes) - len(done)}")
-    if group == "null":
-        alarms = sum(len(o.effects) for o in done)
-        lines.append(f"effects accepted: {alarms} in {len(done)} records "
-                     f"({'within' if alarms <= len(done) / 60 else 'above'} 1 in 60)")
-    elif group == "foreign":
-        lines.append("verdict 'model sufficient': "
-                     f"{share(sum(o.verdict == 'model sufficient' for o in done), len(done))}")
-        added = [o for o in done if o.effects]
-        lines.append("validation error lowered where anything was added: "
-                     f"{share(sum(o.after < o.before for o in added), len(added))}")
-    else:
-        lines += named_summary(group, done)
-    return "\n".join(f"- {line}" for line in lines)
-
-
-def section(group, outcomes):
-    head = ("| effect | size | seed | found | named | verdict | growth | before | after | achievable "
-            "| floor | avoidable removed % |\n" + "|---" * 12 + "|")
-    return f"## {group}\n\n{summary(group, outcomes)}\n\n" + "\n".join([head, *map(row, outcomes)])
+def shard_of(text):
+    part, whole = map(int, text.split("/"))
+    if not 1 <= part <= whole:
+        raise ValueError
+    return part, whole
 
 
 def options():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--group", choices=[*SEEDS, "all"], default="all")
+    parser.add_argument("--half", choices=HALVES, required=True)
+    parser.add_argument("--group", choices=[*GROUPS, "all"], default="all")
+    parser.add_argument("--only", metavar="NAME", help="cases of one effect; a site may be left out")
+    parser.add_argument("--shard", type=shard_of, default=(1, 1), metavar="I/N")
     parser.add_argument("--calibrate", action="store_true")
-    parser.add_argument("--seeds", type=int, help="records of each kind; by default "
-                        + ", ".join(f"{g} {n}" for g, n in SEEDS.items()))
-    parser.add_argument("--only", metavar="NAME", help="one effect; a site may be left out")
-    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--cache", type=Path, metavar="FOLDER")
+    parser.add_argument("--jobs", type=int, default=2, help="cases at a time")
     parser.add_argument("--program", default=ROOT / "build/release/bin/armukf")
     parser.add_argument("--plant", default=ROOT / "build/release/bin/blind_plant")
     parser.add_argument("--diagnose-options", default="", help="passed on, separated by blanks")
@@ -213,17 +141,19 @@ def options():
 def main():
     o = options()
     programs = Programs(str(o.program), str(o.plant), tuple(o.diagnose_options.split()))
-    if o.only and not chosen(CATALOGUE + FOREIGN, o.only):
+    if o.only and o.only not in {*CATALOGUE, *FOREIGN, *map(counts_as, CATALOGUE)}:
         sys.exit(f"blind_score.py: unknown effect '{o.only}'")
+    groups = list(GROUPS) if o.group == "all" else [o.group]
+    part, whole = o.shard
+    cases = chosen([c for g in groups for c in cases_of(o.half, g)], o.only)[part - 1::whole]
     if o.calibrate:
-        calibrate(programs, chosen(CATALOGUE + FOREIGN, o.only), o.jobs)
+        calibrate(programs, cases, o.jobs)
         return 0
-    sizes = json.loads(SIZES.read_text())
-    groups = list(SEEDS) if o.group == "all" else [o.group]
-    cases = [case for group in groups for case in cases_of(group, o.seeds, o.only, sizes)]
-    outcomes = in_parallel(lambda case: tried(programs, case), cases, o.jobs)
+    stamp, cache, sizes = programs.stamp(), Cache(o.cache), known_sizes()["sizes"]
+    outcomes = in_parallel(
+        lambda case: tried(programs, case, sized(case, sizes), cache, stamp), cases, o.jobs)
     sections = [section(g, [x for x in outcomes if x.case.group == g]) for g in groups]
-    text = "# Blind test of armukf diagnose\n\n" + "\n\n".join(sections) + "\n"
+    text = "\n\n".join([header(o.half, stamp, outcomes), *sections]) + "\n"
     if o.output:
         o.output.write_text(text)
     else:

@@ -4,19 +4,27 @@
 #include <cmath>
 #include <numbers>
 
-#include "draw.hpp"
-
 namespace blind {
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kStepPart = 0.4;         // of the record, after which the friction steps
-constexpr double kShortestLag = 5e-5;     // s, below which the integrator could not follow
-constexpr double kShortestWay = 2e-3;     // rad, likewise at 50 rad/s
+constexpr double kShortestLag = 1e-4;     // s, below which the integrator could not follow
+constexpr double kShortestWay = 5e-3;     // rad, likewise at 50 rad/s
 constexpr double kJointSmoothness = 2.0;  // s/rad, of Coulomb friction at gear and arm
 
-double bouc_wen_rate(const BoucWen& h, double v, double z) {
-  return (v - 0.6 * std::abs(v) * z - 0.4 * v * std::abs(z)) / h.twist;
+double bouc_wen_rate(double twist, double v, double z) {
+  return (v - 0.6 * std::abs(v) * z - 0.4 * v * std::abs(z)) / twist;
+}
+
+double square_of(double value) { return value * value; }
+
+double wave(double amplitude, double angle) {  // saves the sine of what is absent
+  return amplitude == 0.0 ? 0.0 : amplitude * std::sin(angle);
+}
+
+double beyond_gap(double twist, double half_gap) {
+  return twist - std::clamp(twist, -half_gap, half_gap);
 }
 
 double joint_friction(double coulomb, double viscous, double w) {
@@ -30,20 +38,6 @@ State moved(const State& from, double h, const State& rate) {
 }
 
 }  // namespace
-
-ArmValues drawn_arm(std::uint64_t arm) {
-  ArmValues p;
-  if (arm == 0) return p;
-  Draw draw(arm, 1);
-  const auto vary = [&draw](double& value) { value *= draw.between(0.75, 1.25); };
-  double a_a = 1.0 - p.a_m - p.a_g;
-  for (double* value : {&p.a_m, &p.a_g, &a_a, &p.k_g1, &p.k_g3, &p.d_g, &p.k_a, &p.d_a})
-    vary(*value);
-  const double sum = p.a_m + p.a_g + a_a;
-  p.a_m /= sum;
-  p.a_g /= sum;
-  return p;
-}
 
 Arm::Arm(const ArmValues& values, const Effects& effects, double duration, double external_phase)
     : p_(values), e_(effects), duration_(duration), external_phase_(external_phase) {
@@ -64,28 +58,39 @@ double Arm::drive_torque(double t, const State& state, double u, double& lag_rat
   lag_rate = lags ? (wanted - state.x[State::kDrive]) / e_.drive_lag : 0.0;
   const double angle = state.x[State::kQm];
   return (lags ? state.x[State::kDrive] : wanted) + e_.torque_bias +
-         e_.torque_ripple * std::sin(e_.torque_ripple_order * angle + e_.torque_ripple_phase) +
-         e_.external_torque * std::sin(kTurn * e_.external_hz * t + external_phase_);
+         wave(e_.torque_ripple, e_.torque_ripple_order * angle + e_.torque_ripple_phase) +
+         wave(e_.external_torque, kTurn * e_.external_hz * t + external_phase_);
 }
 
 double Arm::motor_friction(double t, const State& state, double spring,
                            double& bristle_rate) const {
   const double w = state.x[State::kWm];
-  const double direction = std::tanh(p_.beta * w);
-  double Fc = p_.Fc * e_.Fc_factor * (1.0 + e_.coulomb_asymmetry * direction);
+  const double direction = std::tanh(p_.beta * e_.beta_factor * w);
+  const double tight = wave(e_.position_friction, e_.position_friction_order * state.x[State::kQm] +
+                                                      e_.position_friction_phase);
+  double Fc = p_.Fc * e_.Fc_factor * (1.0 + e_.coulomb_asymmetry * direction) * (1.0 + tight);
   if (t > kStepPart * duration_) Fc *= 1.0 + e_.Fc_step;
   const double Fcs = p_.Fcs * e_.Fcs_factor;
-  const double steady = (Fc + Fcs / std::cosh(p_.alpha * w)) * direction;
+  const double steady = (Fc + Fcs / std::cosh(p_.alpha * e_.alpha_factor * w)) * direction;
   const bool slides_in = e_.presliding_way > 0.0;
   const double bristle = state.x[State::kBristle];
   bristle_rate = slides_in ? std::abs(w) / e_.presliding_way * (steady - bristle) : 0.0;
   const double dry =
       (slides_in ? bristle : steady) + e_.load_friction * std::abs(spring) * direction;
-  const double warm = 1.0 - e_.thermal_loss * (1.0 - std::exp(-std::max(t, 0.0) / e_.thermal_time));
-  return warm * (p_.Fv * e_.Fv_factor * w + dry);
+  const double friction = p_.Fv * e_.Fv_factor * w + dry;
+  if (e_.thermal_loss == 0.0) return friction;
+  return friction * (1.0 - e_.thermal_loss * (1.0 - std::exp(-std::max(t, 0.0) / e_.thermal_time)));
 }
 
-State Arm::rate(double t, const State& state, double u) const {
+double Arm::gear_spring(double twist) const {
+  const double met = beyond_gap(twist, e_.backlash);
+  const double square = met * met;
+  const double softer = e_.gear_softening * square / (square + square_of(e_.gear_softening_twist));
+  const double torque = p_.k_g1 * met * (1.0 - softer) + p_.k_g3 * met * square;
+  return torque * (1.0 + std::copysign(1.0, met) * e_.gear_asymmetry);
+}
+
+State Arm::rate(double t, const State& state, double u, double disturbance) const {
   using S = State;
   const auto& x = state.x;
   State rate;
@@ -95,21 +100,20 @@ State Arm::rate(double t, const State& state, double u) const {
   const double gear_rate = x[S::kWm] - x[S::kWg];
   const double arm_rate = x[S::kWg] - x[S::kWa];
 
-  const double met = gear_twist - std::clamp(gear_twist, -e_.backlash, e_.backlash);
-  const double spring = p_.k_g1 * met + p_.k_g3 * met * met * met;
+  const double spring = gear_spring(gear_twist);
   const double gear_torque = spring + p_.d_g * gear_rate +
                              e_.gear_damping_quadratic * gear_rate * std::abs(gear_rate) +
-                             e_.gear_hysteresis.torque * x[S::kGearZ];
-  const double arm_torque = p_.k_a * arm_twist + p_.d_a * arm_rate +
+                             e_.gear_hysteresis * x[S::kGearZ];
+  const double arm_torque = p_.k_a * beyond_gap(arm_twist, e_.arm_backlash) + p_.d_a * arm_rate +
                             e_.arm_stiffness_cubic * arm_twist * arm_twist * arm_twist +
-                            e_.arm_hysteresis.torque * x[S::kArmZ];
+                            e_.arm_hysteresis * x[S::kArmZ];
 
   std::array<double, 3> torque{
-      drive_torque(t, state, u, dx[S::kDrive]) - gear_torque -
+      drive_torque(t, state, u, dx[S::kDrive]) + disturbance - gear_torque -
           motor_friction(t, state, spring, dx[S::kBristle]),
       gear_torque - arm_torque - joint_friction(e_.gear_coulomb, e_.gear_viscous, x[S::kWg]),
       arm_torque - joint_friction(e_.arm_coulomb, e_.arm_viscous, x[S::kWa]) -
-          e_.gravity * std::sin(x[S::kQa] + e_.gravity_phase)};
+          wave(e_.gravity, x[S::kQa] + e_.gravity_phase)};
 
   for (std::size_t i = 0; i < e_.oscillators.size(); ++i) {
     const std::size_t at = S::kOscillators + 2 * i;
@@ -126,28 +130,42 @@ State Arm::rate(double t, const State& state, double u) const {
     dx[S::kQm + i] = x[S::kWm + i];
     dx[S::kWm + i] = torque[i] / inertia_[i];
   }
-  dx[S::kGearZ] = bouc_wen_rate(e_.gear_hysteresis, gear_rate, x[S::kGearZ]);
-  dx[S::kArmZ] = bouc_wen_rate(e_.arm_hysteresis, arm_rate, x[S::kArmZ]);
-  if (e_.sensor_lag > 0.0) dx[S::kSensor] = (rippled_speed(state) - x[S::kSensor]) / e_.sensor_lag;
+  dx[S::kGearZ] = bouc_wen_rate(e_.gear_hysteresis_twist, gear_rate, x[S::kGearZ]);
+  dx[S::kArmZ] = bouc_wen_rate(e_.arm_hysteresis_twist, arm_rate, x[S::kArmZ]);
+  if (e_.coupling_share > 0.0) {
+    const double omega = kTurn * e_.coupling_hz;
+    dx[S::kCoupling] = x[S::kCouplingRate];
+    dx[S::kCouplingRate] = omega * omega * (rippled_speed(state) - x[S::kCoupling]) -
+                           2.0 * e_.coupling_damping * omega * x[S::kCouplingRate];
+  }
+  if (e_.sensor_lag > 0.0) dx[S::kSensor] = (coupled_speed(state) - x[S::kSensor]) / e_.sensor_lag;
   return rate;
 }
 
-void Arm::advance(double t, double h, double u) {
-  const State k1 = rate(t, state_, u);
-  const State k2 = rate(t + h / 2.0, moved(state_, h / 2.0, k1), u);
-  const State k3 = rate(t + h / 2.0, moved(state_, h / 2.0, k2), u);
-  const State k4 = rate(t + h, moved(state_, h, k3), u);
+void Arm::advance(double t, double h, double u, double disturbance) {
+  const auto rate_at = [&](double part, const State& state) {
+    return rate(t + part * h, state, u, disturbance);
+  };
+  const State k1 = rate_at(0.0, state_);
+  const State k2 = rate_at(0.5, moved(state_, h / 2.0, k1));
+  const State k3 = rate_at(0.5, moved(state_, h / 2.0, k2));
+  const State k4 = rate_at(1.0, moved(state_, h, k3));
   for (int i = 0; i < State::kSize; ++i)
     state_.x[i] += h / 6.0 * (k1.x[i] + 2.0 * k2.x[i] + 2.0 * k3.x[i] + k4.x[i]);
 }
 
 double Arm::rippled_speed(const State& state) const {
   const double angle = e_.speed_ripple_order * state.x[State::kQm] + e_.speed_ripple_phase;
-  return state.x[State::kWm] * (1.0 + e_.speed_ripple * std::cos(angle));
+  return state.x[State::kWm] * (1.0 + wave(e_.speed_ripple, angle));
+}
+
+double Arm::coupled_speed(const State& state) const {
+  const double share = e_.coupling_share;
+  return (1.0 - share) * rippled_speed(state) + share * state.x[State::kCoupling];
 }
 
 double Arm::measured_speed() const {
-  return e_.sensor_lag > 0.0 ? state_.x[State::kSensor] : rippled_speed(state_);
+  return e_.sensor_lag > 0.0 ? state_.x[State::kSensor] : coupled_speed(state_);
 }
 
 }  // namespace blind

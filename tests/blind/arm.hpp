@@ -1,13 +1,13 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 
 #include "effects.hpp"
 
 namespace blind {
 
 /// Three masses on two springs, turning about one axis; units as in the contract: N.m, rad, s.
+/// As initialised it is the published estimate.
 struct ArmValues {
   double Fv = 0.00986346744839;
   double Fc = 0.74302635727901;
@@ -24,10 +24,6 @@ struct ArmValues {
   double d_a = 0.00283465;
 };
 
-/// Arm 0 is the published estimate. Any other has springs, dampers and the three inertias drawn
-/// within 25 % of it; the inertias are then scaled to the known J.
-ArmValues drawn_arm(std::uint64_t arm);
-
 /// Angles and speeds of motor, gear and arm, and what effects remember.
 struct State {
   enum : int {
@@ -39,6 +35,8 @@ struct State {
     kWa,
     kDrive,
     kSensor,
+    kCoupling,
+    kCouplingRate,
     kBristle,
     kGearZ,
     kArmZ,
@@ -53,16 +51,20 @@ class Arm {
  public:
   Arm(const ArmValues& values, const Effects& effects, double duration, double external_phase);
 
-  /// Over h (s) from t under the commanded torque u (N.m), its delay already seen to.
-  void advance(double t, double h, double u);
+  /// Over h (s) from t under the commanded torque u (N.m), its delay already seen to, and a torque
+  /// at the motor that nobody commands.
+  void advance(double t, double h, double u, double disturbance);
 
   double measured_speed() const;  // rad/s, without noise
+  const State& state() const { return state_; }
 
  private:
-  State rate(double t, const State& state, double u) const;
+  State rate(double t, const State& state, double u, double disturbance) const;
   double motor_friction(double t, const State& state, double spring, double& bristle_rate) const;
   double drive_torque(double t, const State& state, double u, double& lag_rate) const;
+  double gear_spring(double twist) const;
   double rippled_speed(const State& state) const;
+  double coupled_speed(const State& state) const;
 
   ArmValues p_;
   Effects e_;

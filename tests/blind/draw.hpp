@@ -16,6 +16,23 @@ class Draw {
 
   double between(double lower, double upper) { return lower + (upper - lower) * unit(); }
 
+  /// Each factor as likely as any other; lower > 0.
+  double log_between(double lower, double upper) {
+    return lower * std::exp(std::log(upper / lower) * unit());
+  }
+
+  /// Triangular: likeliest at `mode`.
+  double about(double lower, double mode, double upper) {
+    const double part = unit();
+    const double split = (mode - lower) / (upper - lower);
+    return part < split ? lower + std::sqrt(part * (upper - lower) * (mode - lower))
+                        : upper - std::sqrt((1.0 - part) * (upper - lower) * (upper - mode));
+  }
+
+  bool chance(double probability) { return unit() < probability; }
+  double sign() { return chance(0.5) ? -1.0 : 1.0; }
+  double phase() { return between(0.0, 2.0 * std::numbers::pi); }  // rad
+
   double normal() {
     const double radius = std::sqrt(-2.0 * std::log(1.0 - unit()));
     return radius * std::cos(2.0 * std::numbers::pi * unit());
@@ -31,21 +48,6 @@ class Draw {
   double unit() { return static_cast<double>(bits() >> 11U) * 0x1p-53; }  // 0 <= unit < 1
 
   std::uint64_t state_;
-};
-
-/// How far one arm differs from the next in what the size of an effect does not say. Arm 0 has the
-/// values as written.
-class Spread {
- public:
-  Spread(std::uint64_t arm, std::uint64_t effect) : varies_(arm > 0), draw_(arm, 100 + effect) {}
-
-  double about(double value) { return varies_ ? value * draw_.between(0.8, 1.2) : value; }
-  double sign() { return varies_ && draw_.between(-1.0, 1.0) < 0.0 ? -1.0 : 1.0; }
-  double phase() { return varies_ ? draw_.between(0.0, 2.0 * std::numbers::pi) : 0.7; }  // rad
-
- private:
-  bool varies_;
-  Draw draw_;
 };
 
 }  // namespace blind

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
-#include <string>
+#include <span>
 #include <string_view>
 #include <vector>
+
+#include "draw.hpp"
 
 namespace blind {
 
@@ -16,14 +19,6 @@ struct Oscillator {
   double share = 0.0;         // of the inertia of its site
   double frequency_hz = 0.0;  // sqrt(k / J_o) / 2 pi
   double damping = 0.0;       // d / (2 sqrt(k J_o))
-};
-
-/// Hysteretic torque F z beside a spring of twist rate v:
-/// x_0 z' = v - 0.6 |v| z - 0.4 v |z|, so that |z| <= 1.
-/// Source: Y. Wen, J. Eng. Mech. Div. ASCE 102 (1976), 249-263, n = 1.
-struct BoucWen {
-  double torque = 0.0;  // N.m, F
-  double twist = 0.05;  // rad, x_0
 };
 
 /// What the arm does beyond the published equations; all absent as initialised. Torques in N.m,
@@ -44,15 +39,22 @@ struct Effects {
   double external_torque = 0.0;  // A sin(2 pi f t + phase)
   double external_hz = 0.0;
 
-  // Friction at the motor: the known parameters times these factors.
+  // Friction at the motor: what is known of it times these factors.
   double Fv_factor = 1.0;
   double Fc_factor = 1.0;
   double Fcs_factor = 1.0;
+  double alpha_factor = 1.0;
+  double beta_factor = 1.0;
   double Fc_step = 0.0;  // part of Fc that comes on top after 0.4 of the record
 
   // Fc (1 + a) for w > 0, Fc (1 - a) for w < 0, between them as tanh(beta w).
   // Source: B. Armstrong-Helouvry et al., Automatica 30 (1994), 1083-1138.
   double coulomb_asymmetry = 0.0;
+
+  // Fc (1 + c sin(n q_m + phase)), a tight spot of the gear; same source, section 2.
+  double position_friction = 0.0;
+  double position_friction_order = 1.0;
+  double position_friction_phase = 0.0;
 
   // tau_f grows by mu |tau_s| tanh(beta w).
   // Source: P. Hamon, M. Gautier, P. Garrec, IROS 2010, 6187-6193.
@@ -74,15 +76,29 @@ struct Effects {
   double arm_coulomb = 0.0;
   double arm_viscous = 0.0;  // N.m.s/rad
 
-  // The gear spring sees twist - clamp(twist, -b, b), the damper the whole twist rate.
+  // A spring sees twist - clamp(twist, -b, b), its damper the whole twist rate; b is half the gap.
   // Source: M. Nordin, P.-O. Gutman, Automatica 38 (2002), 1633-1649, dead-zone model.
-  double backlash = 0.0;  // b, half the gap
+  double backlash = 0.0;
+  double arm_backlash = 0.0;
 
-  BoucWen gear_hysteresis;
-  BoucWen arm_hysteresis;
+  // Hysteretic torque F z beside a spring of twist rate v:
+  // x_0 z' = v - 0.6 |v| z - 0.4 v |z|, so that |z| <= 1.
+  // Source: Y. Wen, J. Eng. Mech. Div. ASCE 102 (1976), 249-263, n = 1.
+  double gear_hysteresis = 0.0;         // F
+  double gear_hysteresis_twist = 0.05;  // x_0
+  double arm_hysteresis = 0.0;
+  double arm_hysteresis_twist = 0.05;
 
   double gear_damping_quadratic = 0.0;  // d v |v|; Den Hartog, section 8.8; N.m.s^2/rad^2
   double arm_stiffness_cubic = 0.0;     // k twist^3 of a hardening (Duffing) spring; N.m/rad^3
+
+  // The gear spring loses c k_g1 x^3 / (x^2 + x_0^2) of its torque at twist x: k_g1 in small
+  // twists, (1 - c) k_g1 in large ones, as rubber and some cycloidal gears have it.
+  double gear_softening = 0.0;
+  double gear_softening_twist = 0.1;
+
+  double gear_asymmetry =
+      0.0;  // gear spring's torque times 1 + c for twist > 0, 1 - c for twist < 0
 
   // m g l sin(q_a + phase) against the arm; M. Spong, M. Vidyasagar, Robot Dynamics and Control.
   double gravity = 0.0;
@@ -92,19 +108,42 @@ struct Effects {
 
   std::vector<Oscillator> oscillators;
 
-  // Sensor. T y' = w (1 + e cos(n q_m + phase)) - y: the angle error of a resolver, differentiated
+  // Sensor: ripple, coupling, lag, in this order, then noise, counts lost and counts.
+  // T y' = w (1 + e sin(n q_m + phase)) - y: the angle error of a resolver, differentiated
   // (D. Hanselman, IEEE Trans. Ind. Electron. 37 (1990), 556-561), and the low-pass behind it.
   double sensor_lag = 0.0;
   double speed_ripple = 0.0;
   double speed_ripple_order = 0.0;
   double speed_ripple_phase = 0.0;
+  // A part of the signal comes over a soft coupling: c'' = W^2 (w - c) - 2 D W c', W = 2 pi f;
+  // Leonhard, on tachogenerators.
+  double coupling_share = 0.0;
+  double coupling_hz = 60.0;
+  double coupling_damping = 0.1;
+  double dropout_share = 0.0;  // of the time in which the last value stands
+  double quantum = 0.0;        // rad/s, one count of the sensor
 };
 
-/// Adds the effect `name`, as it is in that arm, to `effects`; size 1 is clearly visible. False if
-/// there is none of that name.
-bool add_effect(Effects& effects, std::string_view name, double size, std::uint64_t arm);
+/// An effect as its name stands for it, with its size in `unit`.
+struct NamedEffect {
+  std::string_view name;
+  std::string_view unit;
+  double typical;
+  double largest;  // beyond it the effect would be another one, or no arm would be run with it
+  void (*add)(Effects& effects, double size, Draw& draw);  // what size leaves open is drawn
+};
 
-/// All names, those of armukf's catalogue first.
-std::vector<std::string> effect_names();
+/// Those of armukf's catalogue first, then foreign ones.
+std::span<const NamedEffect> named_effects();
+
+/// Adds the effect `name` as the arm of that seed has it. False if there is none of that name.
+bool add_effect(Effects& effects, std::string_view name, double size, std::uint64_t seed);
+
+/// The numbers of `effects` that are not as initialised, but for those of oscillators.
+struct NamedNumber {
+  std::string_view name;
+  double value;
+};
+std::vector<NamedNumber> numbers_of(const Effects& effects);
 
 }  // namespace blind

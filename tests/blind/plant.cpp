@@ -1,6 +1,7 @@
-/// Two records of a robot arm's axis that has effects beyond armukf's model, by equations and an
+/// Records of a robot arm's axis that has effects beyond armukf's model, by equations and an
 /// integrator of its own, to see whether `armukf diagnose` finds them.
 
+#include <array>
 #include <cstdlib>
 #include <exception>
 #include <iostream>
@@ -10,25 +11,33 @@
 #include <vector>
 
 #include "recording.hpp"
+#include "truth.hpp"
 
 namespace blind {
 namespace {
 
 constexpr std::string_view kUsage =
-    "usage: blind_plant [--effect NAME[=SIZE]]... [--seed N] [--noise SD] [--noise-pole P]\n"
-    "                   [--arm N] [--controller 0|1|2] [--duration S]\n"
-    "                   --estimation FILE.csv --validation FILE.csv\n"
-    "effects:";
+    "usage: blind_plant --seed N [--effect NAME=SIZE]... [--noise-factor F] [--duration S]\n"
+    "                   [--estimation FILE.csv] [--validation FILE.csv] [--test FILE.csv]\n"
+    "                   [--truth FILE.json]\n"
+    "       blind_plant --effects   names, with unit, a typical and the largest size\n";
 
 struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+struct Output {
+  Use use;
+  std::string path;
+};
+
 struct Options {
-  Setting setting;
+  std::uint64_t seed = 0;
   std::vector<std::string> effects;
-  std::string estimation;
-  std::string validation;
+  double noise_factor = 1.0;
+  double duration = 10.0;  // s
+  std::vector<Output> outputs;
+  std::string truth;
 };
 
 double number(const std::string& text, double lower, double upper) {
@@ -44,50 +53,61 @@ double number(const std::string& text, double lower, double upper) {
   return value;
 }
 
-std::uint64_t whole(const std::string& text, double upper) {
-  return static_cast<std::uint64_t>(number(text, 0.0, upper));
-}
-
-void add_effect_of(const std::string& text, Setting& setting) {
-  const std::size_t equals = text.find('=');
-  const double size =
-      equals == std::string::npos ? 1.0 : number(text.substr(equals + 1), 0.0, 1000.0);
-  const std::string name = text.substr(0, equals);
-  if (!add_effect(setting.effects, name, size, setting.arm))
-    throw UsageError("unknown effect '" + name + "'");
-  if (setting.effects.oscillators.size() > 2) throw UsageError("at most two oscillators");
-}
-
 Options options_of(const std::vector<std::string>& arguments) {
   Options o;
   if (arguments.size() % 2 != 0) throw UsageError("an option without its value");
   for (std::size_t i = 0; i < arguments.size(); i += 2) {
     const std::string& name = arguments[i];
     const std::string& value = arguments[i + 1];
-    if (name == "--effect")
+    if (name == "--seed")
+      o.seed = static_cast<std::uint64_t>(number(value, 0.0, 1e15));
+    else if (name == "--effect")
       o.effects.push_back(value);
-    else if (name == "--seed")
-      o.setting.seed = whole(value, 1e15);
-    else if (name == "--arm")
-      o.setting.arm = whole(value, 1e15);
-    else if (name == "--controller")
-      o.setting.controller = static_cast<int>(whole(value, 2.0));
-    else if (name == "--noise")
-      o.setting.noise = number(value, 0.0, 1000.0);
-    else if (name == "--noise-pole")
-      o.setting.noise_pole = number(value, 0.0, 0.9999);
+    else if (name == "--noise-factor")
+      o.noise_factor = number(value, 0.0, 100.0);
     else if (name == "--duration")
-      o.setting.duration = number(value, 1.0, 1000.0);
+      o.duration = number(value, 1.0, 1000.0);
     else if (name == "--estimation")
-      o.estimation = value;
+      o.outputs.push_back({Use::kEstimation, value});
     else if (name == "--validation")
-      o.validation = value;
+      o.outputs.push_back({Use::kValidation, value});
+    else if (name == "--test")
+      o.outputs.push_back({Use::kTest, value});
+    else if (name == "--truth")
+      o.truth = value;
     else
       throw UsageError("unknown option '" + name + "'");
   }
-  if (o.estimation.empty() || o.validation.empty()) throw UsageError("two files are needed");
-  for (const std::string& effect : o.effects) add_effect_of(effect, o.setting);
   return o;
+}
+
+Effects effects_of(const Options& o) {
+  Effects effects;
+  for (const std::string& text : o.effects) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos) throw UsageError("'" + text + "' has no size");
+    const double size = number(text.substr(equals + 1), 0.0, 1e6);
+    if (!add_effect(effects, text.substr(0, equals), size, o.seed))
+      throw UsageError("unknown effect '" + text + "'");
+  }
+  if (effects.oscillators.size() > 2) throw UsageError("at most two oscillators");
+  return effects;
+}
+
+void list_effects() {
+  for (const NamedEffect& e : named_effects())
+    std::cout << e.name << ' ' << e.unit << ' ' << e.typical << ' ' << e.largest << '\n';
+}
+
+void write_records(const Options& o) {
+  const World world = drawn_world(o.seed);
+  const Effects effects = effects_of(o);
+  std::vector<Record> records;
+  for (const Output& output : o.outputs) {
+    records.push_back(recorded(world, effects, output.use, o.duration, o.noise_factor));
+    write_csv(output.path, records.back().samples);
+  }
+  if (!o.truth.empty()) write_truth(o.truth, world, effects, records);
 }
 
 }  // namespace
@@ -95,14 +115,14 @@ Options options_of(const std::vector<std::string>& arguments) {
 
 int main(int count, char** values) {
   try {
-    const blind::Options o = blind::options_of({values + 1, values + count});
-    blind::write_csv(o.estimation, blind::recorded(o.setting, 0));
-    blind::write_csv(o.validation, blind::recorded(o.setting, 1));
+    const std::vector<std::string> arguments(values + 1, values + count);
+    if (arguments == std::vector<std::string>{"--effects"})
+      blind::list_effects();
+    else
+      blind::write_records(blind::options_of(arguments));
     return EXIT_SUCCESS;
   } catch (const blind::UsageError& error) {
     std::cerr << "blind_plant: " << error.what() << '\n' << blind::kUsage;
-    for (const std::string& name : blind::effect_names()) std::cerr << ' ' << name;
-    std::cerr << '\n';
     return 2;
   } catch (const std::exception& error) {
     std::cerr << "blind_plant: " << error.what() << '\n';

@@ -1,12 +1,10 @@
 #include "recording.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <deque>
 #include <fstream>
 #include <iomanip>
-#include <numbers>
 #include <stdexcept>
 
 #include "draw.hpp"
@@ -14,52 +12,64 @@
 namespace blind {
 namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
-constexpr int kSubsteps = 8;
-constexpr double kShortestRunIn = 9.0;  // s, after which the start has died away
-constexpr double kRunaway = 1000.0;     // rad/s, that no stable loop reaches
+constexpr int kSubsteps = 4;
+constexpr double kRunIn = 3.0;           // s, after which little of the start is left
+constexpr double kRunaway = 1000.0;      // rad/s, that no stable loop reaches
+constexpr double kLimit = 30.0;          // N.m, of the command
+constexpr double kMostAtLimit = 0.1;     // of the samples; a loop beyond it hunts
+constexpr double kDropoutSamples = 8.0;  // mean length
 
-constexpr double kLowestLine = 1.0;        // Hz
-constexpr double kHighestLine = 40.0;      // Hz
-constexpr double kMultisinePeak = 16.0;    // rad/s
-constexpr double kSquareAmplitude = 20.0;  // rad/s
-constexpr double kSquareCutoff = 1.0;      // Hz
+class Noise {
+ public:
+  Noise(ColouredNoise noise, double factor, Draw draw)
+      : pole_(noise.pole), sd_(factor * noise.sd), draw_(draw), value_(sd_ * draw_.normal()) {}
+  double next() {
+    value_ = pole_ * value_ + std::sqrt(1.0 - pole_ * pole_) * sd_ * draw_.normal();
+    return value_;
+  }
 
-/// PI control of the speed, with a limit of the torque at which the integral rests.
-struct Controller {
-  double proportional;  // N.m.s/rad
-  double integral;      // N.m/rad
-  double operator()(double error, double& memory) const {
-    constexpr double kLimit = 30.0;  // N.m
-    const double wanted = proportional * error + memory;
-    if (std::abs(wanted) < kLimit) memory += integral * kSampleTime * error;
+ private:
+  double pole_;
+  double sd_;
+  Draw draw_;
+  double value_;
+};
+
+/// The last value stands while counts are lost; what arrives comes in whole counts.
+class Counts {
+ public:
+  Counts(const Effects& effects, Draw draw) : e_(effects), draw_(draw) {}
+  double seen(double speed) {
+    const double begins = e_.dropout_share / (1.0 - e_.dropout_share) / kDropoutSamples;
+    lost_ = draw_.chance(lost_ ? 1.0 - 1.0 / kDropoutSamples : begins);
+    if (!lost_) last_ = e_.quantum > 0.0 ? e_.quantum * std::round(speed / e_.quantum) : speed;
+    return last_;
+  }
+
+ private:
+  const Effects& e_;
+  Draw draw_;
+  bool lost_ = false;
+  double last_ = 0.0;
+};
+
+class SpeedLoop {
+ public:
+  explicit SpeedLoop(const Controller& controller) : c_(controller) {}
+  double torque(double wanted_speed, double y) {
+    filtered_ += (1.0 - std::exp(-kSampleTime / std::max(c_.filter_time, 1e-9))) * (y - filtered_);
+    const double error = wanted_speed - filtered_;
+    const double wanted = c_.proportional * error + integral_;
+    if (std::abs(wanted) < kLimit)
+      integral_ += c_.proportional / c_.integral_time * kSampleTime * error;
     return std::clamp(wanted, -kLimit, kLimit);
   }
+
+ private:
+  Controller c_;
+  double filtered_ = 0.0;
+  double integral_ = 0.0;
 };
-constexpr std::array<Controller, kControllers> kGains{{{4.0, 40.0}, {2.0, 15.0}, {5.5, 90.0}}};
-
-/// One period of the speed to follow, rad/s.
-std::vector<double> reference(int samples, Draw& phases) {
-  const double period = samples * kSampleTime;
-  std::vector<double> speed(samples, 0.0);
-  const int last = static_cast<int>(kHighestLine * period);
-  for (int line = static_cast<int>(std::ceil(kLowestLine * period)); line <= last; ++line) {
-    const double phase = phases.between(0.0, kTurn);
-    for (int n = 0; n < samples; ++n) speed[n] += std::cos(kTurn * line * n / samples + phase);
-  }
-  double peak = 0.0;
-  for (const double value : speed) peak = std::max(peak, std::abs(value));
-  for (double& value : speed) value *= kMultisinePeak / peak;
-
-  // Second pass in the steady state of the low-pass.
-  const double follow = 1.0 - std::exp(-kTurn * kSquareCutoff * kSampleTime);
-  double low = 0.0;
-  for (int n = 0; n < 2 * samples; ++n) {
-    low += follow * ((n % samples < samples / 2 ? 1.0 : -1.0) - low);
-    if (n >= samples) speed[n - samples] += kSquareAmplitude * low;
-  }
-  return speed;
-}
 
 /// Commands held for a sample each, seen through a delay that need not be whole samples.
 class DelayLine {
@@ -89,35 +99,45 @@ class DelayLine {
   std::deque<double> held_;
 };
 
+void refuse_hunting(const std::vector<Sample>& samples) {
+  const auto at_limit = std::ranges::count_if(
+      samples, [](const Sample& sample) { return std::abs(sample.u) >= kLimit; });
+  if (static_cast<double>(at_limit) > kMostAtLimit * static_cast<double>(samples.size()))
+    throw std::runtime_error("the speed loop hunts");
+}
+
 }  // namespace
 
-std::vector<Sample> recorded(const Setting& setting, std::uint64_t stream) {
-  Draw phases(setting.seed, 10 + stream);
-  Draw noise(setting.seed, 20 + stream);
-  const int samples = static_cast<int>(std::lround(setting.duration / kSampleTime));
-  const std::vector<double> speed = reference(samples, phases);
-  const int run_in = samples * static_cast<int>(std::ceil(kShortestRunIn / setting.duration));
-  Arm arm(drawn_arm(setting.arm), setting.effects, setting.duration, phases.between(0.0, kTurn));
-  DelayLine delay(setting.effects.input_delay);
-  const Controller& control = kGains[static_cast<std::size_t>(setting.controller)];
-  const double fresh = std::sqrt(1.0 - setting.noise_pole * setting.noise_pole);
+Record recorded(const World& world, const Effects& effects, Use use, double duration,
+                double noise_factor) {
+  const auto stream = static_cast<std::uint64_t>(use);
+  Draw plan(world.seed, 10 + stream);
+  Noise sensor(world.sensor, noise_factor, Draw(world.seed, 20 + stream));
+  Noise torque(world.torque, noise_factor, Draw(world.seed, 30 + stream));
+  Counts counts(effects, Draw(world.seed, 40 + stream));
+  Record record{use == Use::kTest ? world.test_motion : world.motion, {}, {}};
 
-  std::vector<Sample> record;
-  double memory = 0.0;
-  double coloured = noise.normal();
+  const int samples = static_cast<int>(std::lround(duration / kSampleTime));
+  const std::vector<double> speed = reference(record.motion, samples, plan);
+  const int run_in = static_cast<int>(std::lround(kRunIn / kSampleTime));
+  Arm arm(world.arm, effects, duration, plan.phase());
+  DelayLine delay(effects.input_delay);
+  SpeedLoop loop(world.controller);
   for (int n = -run_in; n < samples; ++n) {
-    coloured = setting.noise_pole * coloured + fresh * noise.normal();
-    const double y = arm.measured_speed() + setting.noise * coloured;
+    const double y = counts.seen(arm.measured_speed() + sensor.next());
     if (!(std::abs(y) < kRunaway)) throw std::runtime_error("the speed loop is unstable");
-    const double u = control(speed[(n + run_in) % samples] - y, memory);
-    if (n >= 0) record.push_back({u, y});
+    const double u = loop.torque(speed[((n % samples) + samples) % samples], y);
+    if (n == 0) record.start = arm.state();
+    if (n >= 0) record.samples.push_back({u, y});
     delay.hold(u);
+    const double disturbance = torque.next();
     for (int i = 0; i < kSubsteps; ++i) {
       constexpr double kPart = 1.0 / kSubsteps;
       arm.advance((n + i * kPart) * kSampleTime, kPart * kSampleTime,
-                  delay.mean(i * kPart, (i + 1) * kPart));
+                  delay.mean(i * kPart, (i + 1) * kPart), disturbance);
     }
   }
+  refuse_hunting(record.samples);
   return record;
 }
 

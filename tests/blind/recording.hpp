@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "arm.hpp"
+#include "reference.hpp"
+#include "world.hpp"
 
 namespace blind {
 
@@ -13,24 +14,19 @@ struct Sample {
   double y;  // rad/s, measured
 };
 
-/// What both records of an arm share.
-struct Setting {
-  Effects effects;
-  std::uint64_t arm = 0;
-  std::uint64_t seed = 1;   // of phases and noise
-  double noise = 0.1;       // rad/s, sd of the measured speed's noise
-  double noise_pole = 0.0;  // of that noise, an AR(1) process; 0 is white
-  int controller = 0;       // of kControllers
-  double duration = 10.0;   // s
+struct Record {
+  Motion motion;
+  State start;  // at the first sample
+  std::vector<Sample> samples;
 };
 
-constexpr double kSampleTime = 5e-4;  // s
-constexpr int kControllers = 3;
+enum class Use : std::uint8_t { kEstimation, kValidation, kTest };
 
-/// The arm under speed control along a multisine of 1 to 40 Hz on a low-passed square wave, of
-/// which one period has passed from rest when the record begins. Phases and noise are those of the
-/// seed and `stream`. Throws std::runtime_error if the loop is unstable.
-std::vector<Sample> recorded(const Setting& setting, std::uint64_t stream);
+/// The arm under speed control, some seconds after it started from rest. Motion, phases and noise
+/// are those of the world's seed and of the use; `noise_factor` is on both noises. Throws
+/// std::runtime_error if the loop is unstable or hunts from limit to limit.
+Record recorded(const World& world, const Effects& effects, Use use, double duration,
+                double noise_factor);
 
 void write_csv(const std::string& path, const std::vector<Sample>& samples);
 
