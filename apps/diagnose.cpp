@@ -116,14 +116,10 @@ void add_diagnose(CLI::App& program) {
   command.footer(
       "FILE is fitted, the validation record only judges; without one the last 30 % of FILE do.\n"
       "Every effect is fitted to the predictions one sample ahead, and accepted where its size is\n"
-      "far from none and predictions of 0.1 or 1 s from past measurements alone get better, on "
-      "both\n"
-      "records and on most of their parts. The p-values shown count all that was looked at: every\n"
-      "candidate, and every line of the spectra that harmonics and frequencies come from. An "
-      "effect\n"
-      "of the motor's angle is fitted over the measured angle; before and after then tell the "
-      "free\n"
-      "simulation too.");
+      "far from none and where predictions of 0.1 or 1 s from past measurements alone get better,\n"
+      "on both records and on most parts of them. p-values count all that was looked at: every\n"
+      "candidate, and every line of the spectra that harmonics and frequencies come from.\n"
+      "Before and after also tell the free simulation where an effect follows the motor's angle.");
   const auto o = std::make_shared<DiagnoseOptions>();
   command.add_option("FILE", o->input, "the record to fit, as CSV; - is standard input")
       ->required();
