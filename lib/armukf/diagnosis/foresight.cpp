@@ -124,6 +124,10 @@ ForesightErrors foresight_errors(const Model& model, const StatesOfPieces& x0,
       errors.blocks[h][b] /= std::max(1.0, count[b]);
     }
     errors.all[h] = sum / std::max(1.0, samples);
+    if (samples == 0.0) {  // no piece is as long: nothing is said, of any model
+      errors.all[h] = 1.0;
+      errors.blocks[h].fill(1.0);
+    }
   }
   return errors;
 }

@@ -39,7 +39,8 @@ inline constexpr std::array kHorizons{20, 200, 2000};
 enum Horizon { kNear, kMiddle, kFar };
 
 /// Mean squared errors (rad/s)^2 of predictions that many samples ahead, from past measurements
-/// alone; the first tenth of each piece does not count. Over all, and by eighths of the samples.
+/// alone; the first tenth of each piece does not count. Over all, and by eighths of the samples. 1
+/// where no piece is that long.
 struct ForesightErrors {
   static constexpr int kBlocks = 8;
   std::array<double, kHorizons.size()> all{};

@@ -83,8 +83,12 @@ ForesightFit fit_to_end(const Model& model, const StatesOfPieces& x0, const Sett
   return fit_foresight(first.model, first.x0, s.estimation, s.propagation(), kLong / 2);
 }
 
-/// From the plain fit's values, from those of the model, and from a soft arm: the least cost.
-Explained base_of(const Model& model, const Model& fitted_model, const Setting& s) {
+/// Minima of the model without effects, least cost first: from the plain fit's values, from those
+/// of the model, and from a soft arm. Where a resonance is missing, the least of them may be an arm
+/// whose gear box stands in for it, from which the missing one is not to be found.
+std::vector<ForesightFit> bases_of(const Model& model, const Model& fitted_model,
+                                   const Setting& s) {
+  constexpr double kSameMinimum = 0.01;  // of the cost
   Model soft = model;
   for (const auto& [name, factor] : soft_start())
     if (Parameter& p = soft.parameter(name); !p.known) p.value *= factor;
@@ -92,7 +96,12 @@ Explained base_of(const Model& model, const Model& fitted_model, const Setting& 
   std::vector<ForesightFit> fits(starts.size());
   for_each_job(s.settings.threads, static_cast<int>(starts.size()),
                [&](int i) { fits[i] = fit_to_end(starts[i], {}, s); });
-  return explained(*std::ranges::min_element(fits, {}, &ForesightFit::cost), s);
+  std::ranges::stable_sort(fits, {}, &ForesightFit::cost);
+  const auto same = std::ranges::unique(fits, [](const ForesightFit& a, const ForesightFit& b) {
+    return b.cost < (1.0 + kSameMinimum) * a.cost;
+  });
+  fits.erase(same.begin(), same.end());
+  return fits;
 }
 
 /// Where the search for each effect begins: its sizes typical, its shapes from the grid. Of many
@@ -162,12 +171,25 @@ struct Begun {
   ForesightFit fit;
 };
 
-/// Every effect from each of its starts; the best of each, least cost first.
-std::vector<Begun> begun_fits(const std::vector<Trial>& starts, const Explained& now,
+/// The start's effect on top of another minimum of the model that it stands on.
+Model on_top_of(const Model& base, const Model& start) {
+  Model model = start;
+  for (std::size_t i = 0; i < base.parameters.size(); ++i)
+    model.parameters[i].value = base.parameters[i].value;
+  return model;
+}
+
+/// Every effect from each of its starts on top of each base; the best of each, least cost first.
+std::vector<Begun> begun_fits(const std::vector<Trial>& all, const std::vector<ForesightFit>& bases,
                               const Setting& s) {
+  std::vector<Trial> starts;
+  for (std::size_t b = 0; b < bases.size(); ++b)
+    starts.insert(starts.end(), all.begin(), all.end());
   std::vector<ForesightFit> fits(starts.size());
   for_each_job(s.settings.threads, static_cast<int>(starts.size()), [&](int i) {
-    fits[i] = fit_foresight(starts[i].model, now.fit.x0, s.estimation, s.propagation(), kFirst);
+    const ForesightFit& base = bases[static_cast<std::size_t>(i) / all.size()];
+    fits[i] = fit_foresight(on_top_of(base.model, starts[i].model), base.x0, s.estimation,
+                            s.propagation(), kFirst);
   });
   std::vector<Begun> best;
   for (std::size_t i = 0; i < starts.size(); ++i) {
@@ -184,14 +206,15 @@ std::vector<Begun> begun_fits(const std::vector<Trial>& starts, const Explained&
 }
 
 /// The most promising effects, fitted to their ends and judged, most merit first; notes every
-/// effect that was tried.
-std::vector<Refit> judged(const Explained& now, const FittedModel& simulated, const Setting& s,
-                          int round, std::vector<Candidate>& candidates) {
+/// effect that was tried. bases: what effects are tried on top of, `now` among them.
+std::vector<Refit> judged(const Explained& now, const std::vector<ForesightFit>& bases,
+                          const FittedModel& simulated, const Setting& s, int round,
+                          std::vector<Candidate>& candidates) {
   Suggested suggested = suggested_by(simulated, s.estimation, s.propagation());
   const std::vector<Trial> trials = trials_for(now.fit.model, suggested);
   double looks = 0.0;
   for (const Trial& trial : trials) looks += trial.looks;
-  const std::vector<Begun> begun = begun_fits(starts_of(trials), now, s);
+  const std::vector<Begun> begun = begun_fits(starts_of(trials), bases, s);
   std::vector<Refit> refits(std::min(begun.size(), static_cast<std::size_t>(kRefits)));
   for_each_job(s.settings.threads, static_cast<int>(refits.size()),
                [&](int i) { refits[i] = refit_of(begun[i].trial, begun[i].fit, now, looks, s); });
@@ -416,16 +439,18 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
   check_fit(simulated.validation, validation,
             fmt::format("the model fitted to {}", estimation.front().name));
   diagnosis.base_validation = simulated.validation;
-  Explained now = base_of(model, diagnosis.base.best.model, s);
+  std::vector<ForesightFit> bases = bases_of(model, diagnosis.base.best.model, s);
+  Explained now = explained(bases.front(), s);
   const Model base = now.fit.model;
   for (int round = 1; round <= settings.most_effects; ++round) {
     say(fmt::format("round {}", round), static_cast<double>(round) / (settings.most_effects + 2));
     const std::vector<Refit> refits =
-        judged(now, simulated.estimation, s, round, diagnosis.candidates);
+        judged(now, bases, simulated.estimation, s, round, diagnosis.candidates);
     const auto chosen =
         std::ranges::find_if(refits, [](const Refit& r) { return r.refusal.empty(); });
     if (chosen == refits.end()) break;
     now = explained(fit_to_end(chosen->explained.fit.model, chosen->explained.fit.x0, s), s);
+    bases = {now.fit};
     const double before = simulated.validation.mse;
     simulated = placed_on_both(now.fit.model, s);
     const std::string& effect = chosen->trial.effect;
