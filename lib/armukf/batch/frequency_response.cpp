@@ -108,13 +108,13 @@ FrequencyResponse::FrequencyResponse(const Model& model) {
   // The resolvent (s I - A)^-1 = sum_k s^k M_k / D(s) by the recursion of Faddeev and LeVerrier.
   const Linear linear = about_rest(model);
   const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(kArmStates, kArmStates);
-  Eigen::MatrixXd M = unit;
+  Eigen::MatrixXd factor = unit;
   denominator_[kArmStates] = 1.0;
   for (int k = kArmStates - 1; k >= 0; --k) {
-    numerator_[k] = M.row(kMeasuredState).dot(linear.input);
-    const Eigen::MatrixXd product = linear.system * M;
+    numerator_[k] = factor.row(kMeasuredState).dot(linear.input);
+    const Eigen::MatrixXd product = linear.system * factor;
     denominator_[k] = -product.trace() / (kArmStates - k);
-    M = product + denominator_[k] * unit;
+    factor = product + denominator_[k] * unit;
   }
 }
 

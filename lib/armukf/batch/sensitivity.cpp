@@ -31,7 +31,8 @@ void differentiate(const Model& model, const std::vector<double>& x0,
       model, p, x, samples, propagation, recorded_input<Number>(samples),
       [&](std::size_t k, const auto& states, const Number& y) {
         result.y[k] = y.value;
-        std::copy_n(y.gradient.begin(), count, &result.gradient(static_cast<int>(k), first));
+        if (count > 0)
+          std::copy_n(y.gradient.begin(), count, &result.gradient(static_cast<int>(k), first));
         for (int i = 0; i < kArmStates; ++i)
           if (model.states[i].motive == Motive::kTwist)
             result.largest_twist = std::max(result.largest_twist, std::abs(states[i].value));
