@@ -58,6 +58,17 @@ class Program : public testing::Test {
     EXPECT_EQ(outcome.output, "") << arguments;
   }
 
+  /// Whoever reads the output has no room for it. alone: nothing else is said, either.
+  void expect_full_disk(const std::string& arguments, bool alone = false) const {
+    const Outcome full = run(arguments, "/dev/full");
+    EXPECT_EQ(full.status, 1) << arguments;
+    // What else is said on standard error comes before.
+    const auto last = full.error.rfind('\n', full.error.size() - 2) + 1;
+    EXPECT_NE(full.error.find("<stdout>: cannot write", last), std::string::npos)
+        << arguments << ": " << full.error;
+    if (alone) EXPECT_EQ(last, 0U) << arguments << ": " << full.error;
+  }
+
   std::filesystem::path folder_;
 };
 

@@ -6,6 +6,7 @@
 
 #include "armukf/batch/experiment.hpp"
 #include "armukf/batch/identify.hpp"
+#include "armukf/diagnosis/base_fit.hpp"
 
 namespace armukf {
 namespace {
@@ -139,6 +140,19 @@ TEST(IdentifyStatistics, PredictionIsTheBetterCriterionUnderTorqueNoise) {
   RecordProperty("by_simulation", fmt::format("{}", by_simulation));
   RecordProperty("by_prediction", fmt::format("{}", by_prediction));
   EXPECT_LT(by_prediction, 0.5 * by_simulation);
+}
+
+TEST(BaseFit, DoesNotBeginWhereItCannotBeSimulated) {
+  ExperimentSettings settings;
+  settings.samples = 6000;
+  settings.sensor_noise = kNoise;
+  const std::vector<Record> pieces{simulate_experiment(published_estimate(), settings).record};
+  Model model = published_arm();
+  model.parameter("k_a").value =
+      1e13;  // so is it in the soft start; the third finds one of its own
+  const BaseFit found = base_fit(model, pieces, {});
+  EXPECT_LT(found.best.mse, 0.01);
+  EXPECT_EQ(found.agreeing, 1);
 }
 
 }  // namespace

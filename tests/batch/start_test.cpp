@@ -10,7 +10,6 @@
 #include "armukf/batch/simulation.hpp"
 #include "armukf/batch/slow_motion.hpp"
 #include "armukf/core/error.hpp"
-#include "armukf/diagnosis/base_fit.hpp"
 #include "armukf/model/resonances.hpp"
 
 namespace armukf {
@@ -120,17 +119,6 @@ TEST(SlowMotion, RefusesAModelThatCannotBeSimulatedWhereverItStarts) {
   model.parameter("k_g1").value = 1e13;
   EXPECT_EQ(refusal([&] { from_slow_motion(model, record, {}); }),
             "slow.csv: y: cannot be simulated with the model's other values");
-}
-
-TEST(BaseFit, DoesNotBeginWhereItCannotBeSimulated) {
-  const std::vector<Record> pieces{
-      experiment(published_estimate(), ExperimentKind::kEstimation, 6000)};
-  Model model = published_arm();
-  model.parameter("k_a").value =
-      1e13;  // so is it in the soft start; the third finds one of its own
-  const BaseFit found = base_fit(model, pieces, {});
-  EXPECT_LT(found.best.mse, 0.01);
-  EXPECT_EQ(found.agreeing, 1);
 }
 
 TEST(SlowMotion, TellsFrictionAndInertiaWhateverTheyWereTakenFor) {

@@ -75,7 +75,8 @@ Speed moves(int samples, Draw& draw) {
   };
   while (static_cast<int>(speed.size()) < samples) {
     const double acceleration = draw.log_between(80.0, 500.0);  // rad/s^2
-    go_to(direction * draw.between(5.0, 30.0), acceleration, draw.between(0.1, 0.7));
+    const double wanted = direction * draw.between(5.0, 30.0);
+    go_to(wanted, acceleration, draw.between(0.1, 0.7));
     if (draw.chance(0.3)) go_to(0.0, acceleration, draw.between(0.05, 0.3));
     direction = -direction;
   }
@@ -91,16 +92,20 @@ Speed reference(Motion motion, int samples, Draw& draw) {
   const double highest = draw.between(25.0, 45.0);  // Hz
   switch (motion) {
     case Motion::kSquareAndMultisine: {
-      Speed speed = lines(samples, 1.0, highest, 0.0, false, draw.between(10.0, 18.0), draw);
+      const double height = draw.between(10.0, 18.0);
+      Speed speed = lines(samples, 1.0, highest, 0.0, false, height, draw);
       add(speed, low_passed(square(samples, draw.between(12.0, 22.0)), 1.0));
       return speed;
     }
-    case Motion::kRandomPhase:
-      return lines(samples, 0.15, highest, draw.between(0.5, 1.0), true, draw.between(25.0, 38.0),
-                   draw);
+    case Motion::kRandomPhase: {
+      const double fall = draw.between(0.5, 1.0);
+      const double height = draw.between(25.0, 38.0);
+      return lines(samples, 0.15, highest, fall, true, height, draw);
+    }
     case Motion::kMoves: {
       Speed speed = low_passed(moves(samples, draw), 30.0);
-      add(speed, lines(samples, 2.0, highest, 0.0, false, draw.between(2.0, 5.0), draw));
+      const double height = draw.between(2.0, 5.0);
+      add(speed, lines(samples, 2.0, highest, 0.0, false, height, draw));
       return speed;
     }
   }

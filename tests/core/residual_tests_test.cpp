@@ -87,14 +87,19 @@ TEST(ResidualTests, KeepTheirBandForSwingingResiduals) {
     x.erase(x.begin(), x.begin() + 2000);
     return x;
   };
+  // The band is drawn from few effective frequencies and thereby a little wide: by a simulation of
+  // 4000 records 99.56 % and 99.35 % lie inside, with a deviation of 0.2 % over the 400 drawn here.
   for (const double input_turn : {0.06, 0.09}) {
     double outside = 0.0;
-    constexpr int kRecords = 150;
-    for (int i = 0; i < kRecords; ++i)
-      outside += residual_tests(swinging(0.06), swinging(input_turn)).crosscorrelation_outside;
+    constexpr int kRecords = 400;
+    for (int i = 0; i < kRecords; ++i) {
+      const std::vector<double> e = swinging(0.06);
+      const std::vector<double> u = swinging(input_turn);
+      outside += residual_tests(e, u).crosscorrelation_outside;
+    }
     const double share = 1.0 - outside / (kRecords * (kWhitenessLags + 1));
-    EXPECT_GT(share, 0.97) << input_turn;
-    EXPECT_LT(share, 0.997) << input_turn;
+    EXPECT_GT(share, 0.985) << input_turn;
+    EXPECT_LT(share, 0.9995) << input_turn;
   }
 }
 

@@ -283,11 +283,12 @@ TEST(AdaptiveFilter, FindsTheSizeOfTheNoise) {
 }
 
 TEST(Session, BelievesItsStartBeforeTheFirstSample) {
-  const Session session(published_arm(), {});
+  const Model published = published_arm();
+  const Session session(published, {});
   const Model model = session.model();
   const std::vector<double> sd = session.parameter_deviations();
   for (std::size_t i = 0; i < sd.size(); ++i) {
-    const Parameter& start = published_arm().parameters[i];
+    const Parameter& start = published.parameters[i];
     // k_g3 starts on its bound, of which it has no logarithm.
     const double believed = start.value > start.lower ? start.value : start.lower + start.scale;
     EXPECT_NEAR(model.parameters[i].value, believed, 1e-12 * believed) << start.name;
