@@ -115,13 +115,11 @@ void add_diagnose(CLI::App& program) {
       "diagnose", "Find what the model lacks, name it, add it, and report before and after");
   command.footer(
       "FILE is fitted, the validation record only judges; without one the last 30 % of FILE do.\n"
-      "Initial states are fitted on both. An effect is accepted where its score is beyond chance\n"
-      "for residuals of any colour, and where it lowers the validation error by more than chance\n"
-      "with a size that both records agree on. The p-values shown count all that was looked at:\n"
-      "every candidate, and every line of the spectra that harmonics and frequencies come from.\n"
-      "An effect of the motor's angle is fitted over the measured angle; before and after then "
-      "tell\n"
-      "the free simulation too.");
+      "Every effect is fitted to the predictions one sample ahead, and accepted where its size is\n"
+      "far from none and where predictions of 0.1 or 1 s from past measurements alone get better,\n"
+      "on both records and on most parts of them. p-values count all that was looked at: every\n"
+      "candidate, and every line of the spectra that harmonics and frequencies come from.\n"
+      "Before and after also tell the free simulation where an effect follows the motor's angle.");
   const auto o = std::make_shared<DiagnoseOptions>();
   command.add_option("FILE", o->input, "the record to fit, as CSV; - is standard input")
       ->required();

@@ -287,6 +287,20 @@ Prediction predict_ahead(const Model& model, const std::vector<double>& x0,
                           [&](auto shape) { return predict_ahead(setting, shape, horizon); });
 }
 
+std::vector<double> predictions_at(const Model& model, const std::vector<double>& x0,
+                                   const std::vector<Sample>& samples,
+                                   const Propagation& propagation, double density, int horizon,
+                                   int stride) {
+  const Setting setting{model, x0, samples, propagation};
+  std::vector<double> all(samples.size(), kNaN);
+  with_state_shape(model, [&](auto shape) {
+    return visit_predictions(
+        setting, shape, density, horizon, stride,
+        [&](std::size_t k, double y) { all[k] = std::isnan(y) ? kInfinite : y; });
+  });
+  return all;
+}
+
 Gains filter_gains(const Model& model, const std::vector<double>& x0,
                    const std::vector<Sample>& samples, const Propagation& propagation,
                    double density) {

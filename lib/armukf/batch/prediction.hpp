@@ -24,6 +24,13 @@ struct Prediction {
   double log_likelihood;  // of the innovations one sample ahead after the first second
 };
 
+/// Predicted speeds (rad/s) of every stride-th sample from the horizon-th on, NaN elsewhere, the
+/// density of the torque noise given (N.m.s^1/2 per rad/s of sensor noise).
+std::vector<double> predictions_at(const Model& model, const std::vector<double>& x0,
+                                   const std::vector<Sample>& samples,
+                                   const Propagation& propagation, double density, int horizon,
+                                   int stride);
+
 Prediction predict_ahead(const Model& model, const std::vector<double>& x0,
                          const std::vector<Sample>& samples, const Propagation& propagation,
                          int horizon);

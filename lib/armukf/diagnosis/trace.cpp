@@ -5,266 +5,248 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "armukf/batch/pieces.hpp"
-#include "armukf/batch/prediction.hpp"
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/core/parallel.hpp"
+#include "armukf/core/residual_tests.hpp"
 #include "armukf/core/statistics.hpp"
+#include "armukf/diagnosis/foresight.hpp"
 #include "armukf/diagnosis/portrait.hpp"
 #include "armukf/diagnosis/search.hpp"
-#include "armukf/fit/covariance.hpp"
+#include "armukf/model/plant.hpp"
 
 namespace armukf {
 namespace {
 
-constexpr double kLevel = 0.01;       // of a score by itself, for a refit; that decides
-constexpr double kLeastGain = 0.005;  // of the mean squared error, for a refit
-// Of the validation mean squared error, to be accepted. Coloured sensor noise that a controller
-// feeds back looks like a delay worth 2 %.
-constexpr double kLeastHelp = 0.04;
-constexpr double kSurelyHelps = 3.0;   // standard deviations of that help
-constexpr double kNoHelp = 0.01;       // of the validation's error; an effect worth less goes again
-constexpr int kRefits = 7;             // per round
-constexpr double kAlike = 0.8;         // cosine between two changes of the residual
-constexpr int kTwins = 3;              // refitted although they do the same as one chosen before
-constexpr int kShort = 12;             // iterations of a refit
-constexpr int kLong = 60;              // iterations once accepted
-constexpr double kNearlyAsGood = 0.8;  // of the help: the record cannot tell the two apart
-constexpr double kPerParameter = 0.03;  // of the help, the price of each further parameter
-constexpr double kHopelessFit = 20.0;   // percent
+constexpr int kStarts = 8;   // of an effect, from its grid and the spectra
+constexpr int kFirst = 5;    // iterations from each
+constexpr int kLong = 60;    // iterations to the end of a fit
+constexpr int kRefits = 14;  // effects of a round that are fitted to the end and judged
+constexpr double kScatterFreedom = 15.0;  // degrees of freedom of ForesightFit::sd
+constexpr double kNoHelp = 0.01;          // an effect worth less of every error goes again
+constexpr double kNearlyAsGood = 0.8;     // of the merit: the record cannot tell the two apart
+constexpr double kPerParameter = 0.03;    // of the merit, the price of each further parameter
+constexpr double kHopelessFit = 20.0;     // percent
 constexpr std::size_t kFewestSamples = 1000;
-constexpr double kMoreLeft = 1.5;   // times, of the validation's error over the estimation's
-constexpr double kMostDrift = 5.0;  // times, of a parameter that was known
-constexpr double kAgree = 0.5;      // of an effect's size, by which two records may differ
+constexpr double kMoreLeft = 1.5;  // times, of the validation's error over the estimation's
 
-/// The pieces of the records, as every step needs them.
+/// The records' pieces, as every step needs them.
 struct Setting {
   std::vector<Record> estimation;
   std::vector<Record> validation;
-  const Propagation& propagation;
-  int threads;
+  const TraceSettings& settings;
+
+  const Propagation& propagation() const { return settings.propagation; }
 };
 
-/// A model that was fitted to the estimation record and placed on the validation record.
+/// Simulations of a model that was fitted to the estimation record, placed on the validation
+/// record.
 struct Fits {
   FittedModel estimation;
   FittedModel validation;
-
-  /// How much lower both errors are than before, as logarithms.
-  double help(const Fits& before) const {
-    const double sum = std::log(before.estimation.mse / estimation.mse) +
-                       std::log(before.validation.mse / validation.mse);
-    return std::isfinite(sum) ? sum : -kUnbounded;
-  }
 };
 
+/// A model with how well it foretells both records.
+struct Explained {
+  ForesightFit fit;
+  ForesightErrors estimation;
+  ForesightErrors validation;
+};
+
+/// An effect, refitted.
 struct Refit {
-  Scored scored;
-  Fits fits;
-  double help;
+  Trial trial;
+  Explained explained;
+  Evidence evidence;
+  double merit = 0.0;
+  double p_value = 1.0;
+  std::string refusal;
 };
 
-Fits fits_from(const Model& model, const StatesOfPieces& x0, const Setting& s, int iterations) {
-  FittedModel estimation = fitted(model, x0, s.estimation, s.propagation, iterations);
-  FittedModel validation = placed(estimation.model, s.validation, s.propagation);
-  return {std::move(estimation), std::move(validation)};
+Explained explained(ForesightFit fit, const Setting& s) {
+  const ForesightErrors estimation =
+      foresight_errors(fit.model, fit.x0, s.estimation, s.propagation());
+  const ForesightErrors validation =
+      foresight_errors(fit.model, states_before(fit.model, s.validation, s.propagation()),
+                       s.validation, s.propagation());
+  return {std::move(fit), estimation, validation};
 }
 
-/// The trial's model a step of that length from no effect.
-Model stepped(const Scored& scored, double length) {
-  Model model = scored.trial.model;
-  for (std::size_t i = 0; i < scored.trial.sizes.size(); ++i) {
-    Parameter& p = model.parameters[scored.trial.sizes[i]];
-    p.value = std::clamp(p.value + length * scored.score.sizes[i], p.lower, p.upper);
+/// Twice, since the gains of the first are those of where it began.
+ForesightFit fit_to_end(const Model& model, const StatesOfPieces& x0, const Setting& s) {
+  const ForesightFit first = fit_foresight(model, x0, s.estimation, s.propagation(), kLong / 2);
+  return fit_foresight(first.model, first.x0, s.estimation, s.propagation(), kLong / 2);
+}
+
+/// Minima of the model without effects, least cost first: from the plain fit's values, from those
+/// of the model, and from a soft arm. Where a resonance is missing, the least of them may be an arm
+/// whose gear box stands in for it, from which the missing one is not to be found.
+std::vector<ForesightFit> bases_of(const Model& model, const Model& fitted_model,
+                                   const Setting& s) {
+  constexpr double kSameMinimum = 0.01;  // of the cost
+  Model soft = model;
+  for (const auto& [name, factor] : soft_start())
+    if (Parameter& p = soft.parameter(name); !p.known) p.value *= factor;
+  const std::vector<Model> starts{fitted_model, model, soft};
+  std::vector<ForesightFit> fits(starts.size());
+  for_each_job(s.settings.threads, static_cast<int>(starts.size()),
+               [&](int i) { fits[i] = fit_to_end(starts[i], {}, s); });
+  std::ranges::stable_sort(fits, {}, &ForesightFit::cost);
+  const auto same = std::ranges::unique(fits, [](const ForesightFit& a, const ForesightFit& b) {
+    return b.cost < (1.0 + kSameMinimum) * a.cost;
+  });
+  fits.erase(same.begin(), same.end());
+  return fits;
+}
+
+/// Where the search for each effect begins: its sizes typical, its shapes from the grid. Of many
+/// some, evenly, and what the spectra suggest, which stands last.
+std::vector<Trial> starts_of(const std::vector<Trial>& trials) {
+  std::map<std::string, std::vector<Trial>> by_effect;
+  for (const Trial& trial : trials) by_effect[trial.effect].push_back(trial);
+  std::vector<Trial> starts;
+  for (auto& [effect, all] : by_effect) {
+    const int count = static_cast<int>(all.size());
+    constexpr int kSuggested = 3;
+    for (int i = 0; i < count; ++i) {
+      const bool chosen =
+          count <= kStarts || i >= count - kSuggested ||
+          i * (kStarts - kSuggested) / count != (i - 1) * (kStarts - kSuggested) / count || i == 0;
+      if (!chosen) continue;
+      Trial start = all[i];
+      for (const int k : start.sizes)
+        if (Parameter& p = start.model.parameters[k]; p.value == 0.0)
+          p.value = std::clamp(p.scale, p.lower, p.upper);
+      starts.push_back(std::move(start));
+    }
   }
+  return starts;
+}
+
+/// How many deviations the effect's largest size is from none, and how far it moved what was known.
+void weigh(const Trial& trial, const Model& before, const ForesightFit& fit, Evidence& evidence) {
+  const std::vector<int> unknowns = fit.model.unknowns();
+  for (const int i : trial.sizes) {
+    const bool was_known = i < static_cast<int>(before.parameters.size());
+    const double none = was_known ? before.parameters[i].value : 0.0;
+    const double value = fit.model.parameters[i].value;
+    const auto at = std::ranges::find(unknowns, i) - unknowns.begin();
+    const double t = std::abs(value - none) / fit.sd[at];
+    if (t > evidence.t) evidence.t = t;
+    if (was_known && value > 0.0 && none > 0.0)
+      evidence.drift = std::max({evidence.drift, value / none, none / value});
+  }
+}
+
+Refit refit_of(const Trial& trial, ForesightFit start, const Explained& now, double looks,
+               const Setting& s) {
+  Refit refit{
+      trial,
+      explained(fit_foresight(start.model, start.x0, s.estimation, s.propagation(), kLong / 3), s),
+      {},
+      0.0,
+      1.0,
+      ""};
+  Evidence& evidence = refit.evidence;
+  evidence.estimation = {now.estimation, refit.explained.estimation};
+  evidence.validation = {now.validation, refit.explained.validation};
+  weigh(trial, now.fit.model, refit.explained.fit, evidence);
+  const auto more = static_cast<double>(refit.explained.fit.model.unknowns().size() -
+                                        now.fit.model.unknowns().size());
+  refit.merit = evidence.merit() * (1.0 - kPerParameter * (more - 1.0));
+  refit.p_value =
+      std::min(1.0, looks * hotelling_tail(evidence.t * evidence.t, 1.0, kScatterFreedom));
+  refit.refusal = refusal(evidence, s.settings.acceptance);
+  return refit;
+}
+
+/// A fit of an effect that has only begun.
+struct Begun {
+  Trial trial;
+  ForesightFit fit;
+};
+
+/// The start's effect on top of another minimum of the model that it stands on.
+Model on_top_of(const Model& base, const Model& start) {
+  Model model = start;
+  for (std::size_t i = 0; i < base.parameters.size(); ++i)
+    model.parameters[i].value = base.parameters[i].value;
   return model;
 }
 
-/// The model refitted with the effect in it; shorter steps where the first goes nowhere.
-Refit refitted(const Scored& scored, const Fits& now, const Setting& s) {
-  StatesOfPieces x0 = extended(now.estimation.x0, scored.trial.model);
-  for (std::size_t e = 0; e < scored.score.angles.size(); ++e)
-    x0[e][scored.trial.angle_state] = scored.score.angles[e];
-  std::optional<Refit> best;
-  for (const double length : {1.0, 0.25}) {
-    Fits fits = fits_from(stepped(scored, length), x0, s, kShort);
-    const double help = fits.help(now);
-    if (!best || help > best->help) best = Refit{scored, std::move(fits), help};
-    if (std::isfinite(best->fits.estimation.mse) && best->fits.estimation.mse < now.estimation.mse)
-      break;
-  }
-  return *best;
-}
-
-/// How surely the second residual is smaller than the first: the mean fall of its square over the
-/// standard deviation of that mean, whatever the colour.
-double sureness(const std::vector<double>& before, const std::vector<double>& after,
-                const std::vector<Record>& pieces) {
-  std::vector<double> fall;
-  std::vector<Eigen::Index> counts;
-  for (std::size_t k = 0; k < before.size(); ++k) {
-    const double d = before[k] * before[k] - after[k] * after[k];
-    if (!std::isfinite(d)) continue;
-    fall.push_back(d);
-    counts.push_back(static_cast<Eigen::Index>(k));
-  }
-  const auto n = static_cast<Eigen::Index>(fall.size());
-  Eigen::VectorXd d = Eigen::Map<const Eigen::VectorXd>(fall.data(), n);
-  const double mean = d.mean();
-  d.array() -= mean;
-  const JacobianMatrix ones = JacobianMatrix::Ones(n, 1);
-  const Eigen::MatrixXd variance =
-      coloured_covariance(ones, d, inverse_information(ones), stretches_of(pieces, counts), 1);
-  return mean / std::sqrt(variance(0, 0));
-}
-
-/// Whether a fit to the validation record gives the effect about the same sizes.
-bool sizes_agree(const Refit& refit, const Setting& s, int iterations) {
-  const FittedModel& here = refit.fits.estimation;
-  const FittedModel there =
-      fitted(here.model, refit.fits.validation.x0, s.validation, s.propagation, iterations);
-  const auto sd = [](const FittedModel& fit, int position) {
-    const auto at = std::ranges::find(fit.parameters, position, &ParameterEstimate::position);
-    return at == fit.parameters.end() ? 0.0 : at->coloured_sd;
-  };
-  double largest = 0.0;
-  bool agrees = false;
-  for (const int i : refit.scored.trial.sizes) {
-    const double a = here.model.parameters[i].value - refit.scored.trial.model.parameters[i].value;
-    const double b = there.model.parameters[i].value - refit.scored.trial.model.parameters[i].value;
-    // An effect of several sizes is judged by the one that matters most.
-    const double weight = std::abs(a) / refit.scored.trial.model.parameters[i].scale;
-    if (weight < largest) continue;
-    largest = weight;
-    agrees = std::abs(a - b) <=
-             std::max(kAgree * std::abs(a), 3.0 * std::hypot(sd(here, i), sd(there, i)));
-  }
-  return agrees;
-}
-
-/// Whether parameters that were known, and that the effect sets free, stay near what they were
-/// known for: values that are off by far more are no drift, but stand in for another law.
-bool is_drift(const Refit& refit, const Fits& now) {
-  return std::ranges::all_of(refit.scored.trial.sizes, [&](int i) {
-    const std::vector<Parameter>& before = now.estimation.model.parameters;
-    if (i >= static_cast<int>(before.size()) || !before[i].known) return true;
-    const double ratio = refit.fits.estimation.model.parameters[i].value / before[i].value;
-    return ratio >= 1.0 / kMostDrift && ratio <= kMostDrift;
+/// Every effect from each of its starts on top of each base; the best of each, least cost first.
+std::vector<Begun> begun_fits(const std::vector<Trial>& all, const std::vector<ForesightFit>& bases,
+                              const Setting& s) {
+  std::vector<Trial> starts;
+  for (std::size_t b = 0; b < bases.size(); ++b)
+    starts.insert(starts.end(), all.begin(), all.end());
+  std::vector<ForesightFit> fits(starts.size());
+  for_each_job(s.settings.threads, static_cast<int>(starts.size()), [&](int i) {
+    const ForesightFit& base = bases[static_cast<std::size_t>(i) / all.size()];
+    fits[i] = fit_foresight(on_top_of(base.model, starts[i].model), base.x0, s.estimation,
+                            s.propagation(), kFirst);
   });
-}
-
-/// Of the second half of each piece.
-double late_error(const std::vector<Record>& pieces, const std::vector<double>& y) {
-  double sum = 0.0;
-  std::size_t first = 0;
-  for (const Record& piece : pieces) {
-    const std::vector<Sample>& samples = piece.samples;
-    for (std::size_t k = samples.size() / 2; k < samples.size(); ++k)
-      if (!std::isnan(samples[k].y)) sum += std::pow(samples[k].y - y[first + k], 2);
-    first += samples.size();
+  std::vector<Begun> best;
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    const auto at =
+        std::ranges::find(best, starts[i].effect, [](const Begun& b) { return b.trial.effect; });
+    if (at == best.end()) {
+      best.push_back({starts[i], fits[i]});
+    } else if (fits[i].cost < at->fit.cost) {
+      *at = {starts[i], fits[i]};
+    }
   }
-  return sum;
+  std::ranges::stable_sort(best, {}, [](const Begun& b) { return b.fit.cost; });
+  return best;
 }
 
-/// Whether it is what drives the effect that helps, not the states in which the effect begins,
-/// which are fitted: an oscillator that hardly dies out would pass for any periodic source. So it
-/// begins at rest, and half a record later it must still explain most of what it explains. An
-/// angle's start is its phase, and stays.
-bool is_driven(const Refit& refit, const Fits& now, const Setting& s) {
-  const FittedModel& with = refit.fits.validation;
-  const StatesOfPieces rest = extended(now.validation.x0, with.model);
-  StatesOfPieces x0 = with.x0;
-  for (std::size_t e = 0; e < x0.size(); ++e)
-    for (std::size_t i = now.validation.model.states.size(); i < x0[e].size(); ++i)
-      if (with.model.states[i].beginning != Beginning::kAngle) x0[e][i] = rest[e][i];
-  const auto error = [&](const Model& model, const StatesOfPieces& start) {
-    return late_error(s.validation, simulate(model, start, s.validation, s.propagation));
-  };
-  const double before = error(now.validation.model, now.validation.x0);
-  const double helped = before - error(with.model, with.x0);
-  return before - error(with.model, x0) >= 0.5 * helped;
-}
-
-/// iterations: of the fit to the validation record, as of the refit.
-bool helps(const Refit& refit, const Fits& now, const Setting& s, int iterations) {
-  const double after = refit.fits.validation.mse;
-  const double before = now.validation.mse;
-  if (!(refit.fits.estimation.mse < now.estimation.mse)) return false;
-  if (!(after < (1.0 - kLeastHelp) * before) || !is_drift(refit, now)) return false;
-  return sureness(now.validation.residual, refit.fits.validation.residual, s.validation) >
-             kSurelyHelps &&
-         sizes_agree(refit, s, iterations) && is_driven(refit, now, s);
-}
-
-/// The same once the refit has run to its end: half-way its sizes may still disagree.
-bool helps_when_finished(Refit& refit, const Fits& now, const Setting& s) {
-  refit.fits = fits_from(refit.fits.estimation.model, refit.fits.estimation.x0, s, kLong);
-  refit.help = refit.fits.help(now);
-  return helps(refit, now, s, kLong);
-}
-
-/// The help less what its parameters cost: of two explanations alike the simpler one goes first.
-double merit(const Refit& refit, const Fits& now) {
-  const std::size_t more =
-      refit.fits.estimation.model.unknowns().size() - now.estimation.model.unknowns().size();
-  return refit.help * (1.0 - kPerParameter * (static_cast<double>(more) - 1.0));
-}
-
-/// Whether two scores would change the residual in much the same way.
-bool alike(const Score& a, const Score& b) {
-  return std::abs(a.change.dot(b.change)) > kAlike * a.change.norm() * b.change.norm();
-}
-
-/// Those worth a refit, by what they gain; of those that do much the same only a few, since what
-/// gains most would else hide all other causes.
-std::vector<Scored> worth_refitting(const std::vector<Scored>& scored, const Fits& now) {
-  std::vector<Scored> chosen;
-  for (const Scored& x : scored) {
-    if (static_cast<int>(chosen.size()) == kRefits) break;
-    if (x.p_value > kLevel || x.score.gain < kLeastGain * now.estimation.mse) continue;
-    const auto twins = std::ranges::count_if(
-        chosen, [&](const Scored& other) { return alike(x.score, other.score); });
-    if (twins < kTwins) chosen.push_back(x);
-  }
-  return chosen;
-}
-
-/// The best refits, most merit first.
-std::vector<Refit> refits_of(const std::vector<Scored>& scored, const Fits& now, const Setting& s) {
-  const std::vector<Scored> worth = worth_refitting(scored, now);
-  std::vector<Refit> refits(worth.size());
-  for_each_job(s.threads, static_cast<int>(worth.size()),
-               [&](int i) { refits[i] = refitted(worth[i], now, s); });
-  std::ranges::sort(refits, std::greater{}, [&](const Refit& r) { return merit(r, now); });
-  return refits;
-}
-
-void note_candidates(const std::vector<Scored>& scored, const std::vector<Refit>& refits,
-                     const Fits& now, int round, std::vector<Candidate>& candidates) {
-  for (const Scored& x : scored) {
-    Candidate candidate{x.trial.effect, round, 100.0 * x.score.gain / now.estimation.mse,
-                        x.score.statistic, x.p_value};
-    const auto at = std::ranges::find(refits, x.trial.effect,
-                                      [](const Refit& r) { return r.scored.trial.effect; });
-    if (at != refits.end()) {
-      candidate.refitted_estimation = at->fits.estimation.mse;
-      candidate.refitted_validation = at->fits.validation.mse;
+/// The most promising effects, fitted to their ends and judged, most merit first; notes every
+/// effect that was tried. bases: what effects are tried on top of, `now` among them.
+std::vector<Refit> judged(const Explained& now, const std::vector<ForesightFit>& bases,
+                          const FittedModel& simulated, const Setting& s, int round,
+                          std::vector<Candidate>& candidates) {
+  Suggested suggested = suggested_by(simulated, s.estimation, s.propagation());
+  const std::vector<Trial> trials = trials_for(now.fit.model, suggested);
+  double looks = 0.0;
+  for (const Trial& trial : trials) looks += trial.looks;
+  const std::vector<Begun> begun = begun_fits(starts_of(trials), bases, s);
+  std::vector<Refit> refits(std::min(begun.size(), static_cast<std::size_t>(kRefits)));
+  for_each_job(s.settings.threads, static_cast<int>(refits.size()),
+               [&](int i) { refits[i] = refit_of(begun[i].trial, begun[i].fit, now, looks, s); });
+  const auto gain = [&](double cost) { return 100.0 * (1.0 - cost / now.fit.cost); };
+  for (std::size_t i = 0; i < begun.size(); ++i) {
+    Candidate candidate;
+    candidate.effect = begun[i].trial.effect;
+    candidate.round = round;
+    candidate.gain_percent = gain(begun[i].fit.cost);
+    candidate.refused_because = "others lower the error of predictions more";
+    if (i < refits.size()) {
+      const Refit& refit = refits[i];
+      candidate.gain_percent = gain(refit.explained.fit.cost);
+      candidate.statistic = refit.evidence.t * refit.evidence.t;
+      candidate.p_value = refit.p_value;
+      candidate.refitted_estimation = refit.explained.estimation.all[kMiddle];
+      candidate.refitted_validation = refit.explained.validation.all[kMiddle];
+      candidate.refused_because = refit.refusal.empty() ? "another explains more" : refit.refusal;
     }
     candidates.push_back(candidate);
   }
+  std::ranges::stable_sort(refits, std::greater{}, &Refit::merit);
+  return refits;
 }
 
-/// Families, other than the chosen one's, that helped nearly as much.
+/// Families, other than the chosen one's, that explain nearly as much.
 std::vector<std::string> rivals(const Refit& chosen, const std::vector<Refit>& refits) {
   std::vector<std::string> names;
   for (const Refit& refit : refits) {
-    const std::string name = family_of(refit.scored.trial.effect);
-    if (name == family_of(chosen.scored.trial.effect)) continue;
-    if (refit.help < kNearlyAsGood * chosen.help) continue;
+    const std::string name = family_of(refit.trial.effect);
+    if (name == family_of(chosen.trial.effect)) continue;
+    if (refit.merit < kNearlyAsGood * chosen.merit) continue;
     if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
   return names;
@@ -292,22 +274,53 @@ StatesOfPieces states_by_name(const Model& fewer, const Model& full, const State
   return result;
 }
 
+/// Whether a model foretells both records as well as another.
+bool as_well(const Explained& fewer, const Explained& full) {
+  const auto better = [](const ForesightErrors& a, const ForesightErrors& b) {
+    return does_as_well(a.all[kMiddle], b.all[kMiddle], kNoHelp) &&
+           does_as_well(a.all[kFar], b.all[kFar], kNoHelp);
+  };
+  return better(fewer.estimation, full.estimation) && better(fewer.validation, full.validation);
+}
+
 /// Takes out again what no longer helps; what is taken out was not accepted in the end.
-void remove_idle(Diagnosis& diagnosis, Fits& now, const Setting& s) {
+void remove_idle(const Model& base, Diagnosis& diagnosis, Explained& now, const Setting& s) {
   for (std::size_t i = 0; diagnosis.effects.size() > 1 && i < diagnosis.effects.size();) {
-    const Model fewer = without(now.estimation.model, diagnosis.base.best.model,
-                                diagnosis.effects[i].effect, diagnosis.effects);
-    const Fits fits =
-        fits_from(fewer, states_by_name(fewer, now.estimation.model, now.estimation.x0), s, kLong);
-    if (!does_as_well(fits.validation.mse, now.validation.mse, kNoHelp)) {
+    const std::string effect = diagnosis.effects[i].effect;
+    const Model fewer = without(now.fit.model, base, effect, diagnosis.effects);
+    const Explained rest =
+        explained(fit_to_end(fewer, states_by_name(fewer, now.fit.model, now.fit.x0), s), s);
+    if (!as_well(rest, now)) {
       ++i;
       continue;
     }
-    now = fits;
-    for (Candidate& candidate : diagnosis.candidates)
-      if (candidate.effect == diagnosis.effects[i].effect) candidate.accepted = false;
+    now = rest;
+    for (Candidate& candidate : diagnosis.candidates) {
+      if (candidate.effect != effect || !candidate.accepted) continue;
+      candidate.accepted = false;
+      candidate.refused_because = "no longer helps beside what was found after it";
+    }
     diagnosis.effects.erase(diagnosis.effects.begin() + static_cast<std::ptrdiff_t>(i));
   }
+}
+
+Fits placed_on_both(const Model& model, const Setting& s) {
+  return {placed(model, s.estimation, s.propagation()),
+          placed(model, s.validation, s.propagation())};
+}
+
+/// The completed model as a simulation: with the values that foretell best, or fitted once more as
+/// a plain simulation, whichever foretells the validation record better over the far horizon.
+Fits finished(const Explained& now, const Setting& s) {
+  Fits plain;
+  plain.estimation = fitted(now.fit.model, placed(now.fit.model, s.estimation, s.propagation()).x0,
+                            s.estimation, s.propagation(), kLong);
+  const Model& model = plain.estimation.model;
+  const ForesightErrors errors = foresight_errors(
+      model, states_before(model, s.validation, s.propagation()), s.validation, s.propagation());
+  if (!(errors.all[kFar] < now.validation.all[kFar])) return placed_on_both(now.fit.model, s);
+  plain.validation = placed(model, s.validation, s.propagation());
+  return plain;
 }
 
 /// angle: whether a model that it is compared with has effects of the motor's angle.
@@ -378,7 +391,7 @@ void check_records(const std::vector<Record>& estimation, const std::vector<Reco
 /// there only has not been told by any fit.
 std::vector<std::string> unexplained(const Fits& now, const Setting& s) {
   const auto left_of = [&](const FittedModel& fit, const std::vector<Record>& pieces) {
-    return portrait(fit, pieces, one_step(fit, pieces, s.propagation).errors, s.propagation);
+    return portrait(fit, pieces, one_step(fit, pieces, s.propagation()).errors, s.propagation());
   };
   std::vector<std::string> left = left_of(now.estimation, s.estimation);
   const double ratio = now.validation.mse / now.estimation.mse;
@@ -415,56 +428,56 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
     if (progress) progress(stage, share);
   };
   const Setting s{pieces_of(estimation, settings.longest_gap_s),
-                  pieces_of(validation, settings.longest_gap_s), settings.propagation,
-                  settings.threads};
+                  pieces_of(validation, settings.longest_gap_s), settings};
   check_records(estimation, validation, s);
   Diagnosis diagnosis;
   say("base fit", 0.0);
   diagnosis.base = base_fit(model, s.estimation, settings.propagation, settings.threads);
   check_fit(diagnosis.base.best, estimation, "the model, fitted to it,");
-  Fits now{diagnosis.base.best,
-           placed(diagnosis.base.best.model, s.validation, settings.propagation)};
-  check_fit(now.validation, validation,
+  Fits simulated{diagnosis.base.best,
+                 placed(diagnosis.base.best.model, s.validation, settings.propagation)};
+  check_fit(simulated.validation, validation,
             fmt::format("the model fitted to {}", estimation.front().name));
-  diagnosis.base_validation = now.validation;
+  diagnosis.base_validation = simulated.validation;
+  std::vector<ForesightFit> bases = bases_of(model, diagnosis.base.best.model, s);
+  Explained now = explained(bases.front(), s);
+  const Model base = now.fit.model;
   for (int round = 1; round <= settings.most_effects; ++round) {
-    const double behind = static_cast<double>(round) / (settings.most_effects + 2);
-    say(fmt::format("round {}: scores", round), behind);
-    const std::vector<Scored> scored =
-        best_trials(now.estimation, s.estimation, s.propagation, s.threads);
-    say(fmt::format("round {}: refits", round), behind + 0.3 / (settings.most_effects + 2));
-    std::vector<Refit> refits = refits_of(scored, now, s);
-    note_candidates(scored, refits, now, round, diagnosis.candidates);
-    const auto chosen = std::ranges::find_if(refits, [&](Refit& refit) {
-      return helps(refit, now, s, kShort) ||
-             (&refit == refits.data() && helps_when_finished(refit, now, s));
-    });
+    say(fmt::format("round {}", round), static_cast<double>(round) / (settings.most_effects + 2));
+    const std::vector<Refit> refits =
+        judged(now, bases, simulated.estimation, s, round, diagnosis.candidates);
+    const auto chosen =
+        std::ranges::find_if(refits, [](const Refit& r) { return r.refusal.empty(); });
     if (chosen == refits.end()) break;
-    const double before = now.validation.mse;
-    const Fits polished =
-        fits_from(chosen->fits.estimation.model, chosen->fits.estimation.x0, s, kLong);
-    now = polished.validation.mse < chosen->fits.validation.mse ? polished : chosen->fits;
-    const std::string& effect = chosen->scored.trial.effect;
-    diagnosis.effects.push_back({effect, chosen->scored.p_value,
-                                 100.0 * (1.0 - now.validation.mse / before),
+    now = explained(fit_to_end(chosen->explained.fit.model, chosen->explained.fit.x0, s), s);
+    bases = {now.fit};
+    const double before = simulated.validation.mse;
+    simulated = placed_on_both(now.fit.model, s);
+    const std::string& effect = chosen->trial.effect;
+    diagnosis.effects.push_back({effect, chosen->p_value,
+                                 100.0 * (1.0 - simulated.validation.mse / before),
                                  rivals(*chosen, refits)});
-    for (Candidate& candidate : diagnosis.candidates)
-      if (candidate.effect == effect && candidate.round == round) candidate.accepted = true;
+    for (Candidate& candidate : diagnosis.candidates) {
+      if (candidate.effect != effect || candidate.round != round) continue;
+      candidate.accepted = true;
+      candidate.refused_because.clear();
+    }
   }
   say("removal", 0.9);
-  remove_idle(diagnosis, now, s);
+  remove_idle(base, diagnosis, now, s);
+  if (!diagnosis.effects.empty()) simulated = finished(now, s);
   say("what is left", 0.95);
-  diagnosis.after = now.estimation;
-  diagnosis.after_validation = now.validation;
-  const bool angle = model.has_angle() || now.estimation.model.has_angle();
+  diagnosis.after = simulated.estimation;
+  diagnosis.after_validation = simulated.validation;
+  const bool angle = model.has_angle() || simulated.estimation.model.has_angle();
   const auto measures = [&](const FittedModel& fit, const std::vector<Record>& pieces) {
     return measures_of(fit, pieces, angle, settings.propagation);
   };
   diagnosis.before_estimation = measures(diagnosis.base.best, s.estimation);
   diagnosis.before_validation = measures(diagnosis.base_validation, s.validation);
-  diagnosis.after_estimation = measures(now.estimation, s.estimation);
-  diagnosis.after_validation_measures = measures(now.validation, s.validation);
-  diagnosis.unexplained = unexplained(now, s);
+  diagnosis.after_estimation = measures(simulated.estimation, s.estimation);
+  diagnosis.after_validation_measures = measures(simulated.validation, s.validation);
+  diagnosis.unexplained = unexplained(simulated, s);
   if (!diagnosis.effects.empty()) {
     diagnosis.verdict = Verdict::kFound;
   } else if (!diagnosis.unexplained.empty()) {

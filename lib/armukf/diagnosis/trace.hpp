@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "armukf/core/record.hpp"
+#include "armukf/diagnosis/acceptance.hpp"
 #include "armukf/diagnosis/base_fit.hpp"
 #include "armukf/model/model.hpp"
 #include "armukf/ode/propagation.hpp"
@@ -22,16 +23,17 @@ struct Measures {
   double ljung_box_p = 0.0;       // of the innovations
 };
 
-/// An effect by its score against the model of its round.
+/// An effect, fitted on top of the model of its round.
 struct Candidate {
   std::string effect;
   int round = 0;
-  double gain_percent = 0.0;  // of the mean squared error, by one linearised step
-  double statistic = 0.0;
-  double p_value = 1.0;              // corrected for all that was looked at
-  double refitted_estimation = 0.0;  // (rad/s)^2, if it was refitted in full; else 0
+  double gain_percent = 0.0;         // of the squared errors of predictions one sample ahead
+  double statistic = 0.0;            // its size over the deviation, squared
+  double p_value = 1.0;              // of that, corrected for all that was looked at
+  double refitted_estimation = 0.0;  // (rad/s)^2, 200 samples ahead, if it was judged; else 0
   double refitted_validation = 0.0;
   bool accepted = false;
+  std::string refused_because;  // empty where it was accepted
 };
 
 struct FoundEffect {
@@ -59,6 +61,7 @@ struct Diagnosis {
 
 struct TraceSettings {
   Propagation propagation;
+  AcceptanceSettings acceptance;
   int most_effects = 5;
   int threads = 0;  // that share the work; 0: one per processor; no result depends on it
   double longest_gap_s = kLongestGapS;  // s; a record is cut at longer intervals
@@ -71,10 +74,10 @@ using TraceProgress = std::function<void(std::string_view stage, double share)>;
 /// that is not finite, as of a simulation that runs away.
 bool does_as_well(double mse, double other, double share);
 
-/// Finds what the model lacks: fits it to the estimation records, scores every effect of the
-/// catalogue, refits with the best few, and adds the one that helps most on both records, if it
-/// helps on the validation records by more than chance and its size agrees there; then again on
-/// top of it. At the end each effect found is tried for removal. Each piece of a record between its
+/// Finds what the model lacks: fits it to what it foretells of the estimation records, refits with
+/// every effect of the catalogue, judges the best of them by predictions from past measurements of
+/// both records (AcceptanceSettings), and adds the one that explains most; then again on top of it.
+/// At the end each effect found is tried for removal. Each piece of a record between its
 /// gaps (pieces_of) counts as a record of its own.
 ///
 /// Throws InputError where records are too short, excite too little, or are of another arm, and

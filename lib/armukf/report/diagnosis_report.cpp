@@ -90,6 +90,7 @@ Json candidate_json(const Candidate& c) {
   json["statistic"] = c.statistic;
   json["p_value"] = c.p_value;
   json["gain_percent"] = c.gain_percent;
+  if (!c.accepted) json["refused_because"] = c.refused_because;
   if (c.refitted_estimation > 0.0)
     json["refitted"] = {{"estimation_mse", c.refitted_estimation},
                         {"validation_mse", c.refitted_validation}};

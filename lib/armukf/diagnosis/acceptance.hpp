@@ -1,0 +1,49 @@
+#pragma once
+
+#include <string>
+
+#include "armukf/diagnosis/foresight.hpp"
+
+namespace armukf {
+
+/// When an effect counts as found. Shares are of an error (rad/s)^2.
+struct AcceptanceSettings {
+  /// Of the effect's size over its deviation: 15 degrees of freedom and some fifty candidates make
+  /// it 1 in 150 records where nothing is missing, before it has to help as well.
+  double least_t = 5.0;
+  /// Phantoms on records with torque noise of 0.05 to 0.3 N.m lower the error at 200 samples by up
+  /// to 2 %, and at 2000 by up to 10 %: there a drift of the torque counts.
+  double middle_help = 0.03;
+  double far_help = 0.15;
+  int least_blocks = 6;     // of 8, that get better: one stretch of a record may do so by chance
+  double most_harm = 0.01;  // to the error at 200 samples, of what helps at 2000 alone
+  double near_harm = 0.03;  // to the error at 20
+  double most_drift = 5.0;  // times, of a parameter that was known: more is another law
+};
+
+/// What one set of records says of a candidate.
+struct Witness {
+  ForesightErrors before;
+  ForesightErrors after;
+
+  /// Share by which the error falls.
+  double help(Horizon horizon) const { return 1.0 - after.all[horizon] / before.all[horizon]; }
+  int better_blocks(Horizon horizon) const;
+};
+
+/// All that is known of a candidate once it is refitted.
+struct Evidence {
+  double t = 0.0;      // of its largest size
+  double drift = 1.0;  // times, the most that a parameter moved which was known before
+  Witness estimation;
+  Witness validation;
+
+  /// Of two explanations the one with more of it goes first: the fall of the errors' logarithms
+  /// over horizons and records.
+  double merit() const;
+};
+
+/// Why that does not count as found; empty where it does.
+std::string refusal(const Evidence& evidence, const AcceptanceSettings& settings);
+
+}  // namespace armukf
