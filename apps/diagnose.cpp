@@ -22,12 +22,11 @@
 namespace armukf::apps {
 namespace {
 
-constexpr double kValidationShare = 0.3;  // of a record that has to serve for both
 constexpr int kMostEffects = 10;
 
 struct DiagnoseOptions {
   std::string input;
-  std::string validation;
+  std::vector<std::string> validation;
   std::string save;
   std::string rows;  // file; empty: none
   TraceSettings settings;
@@ -35,17 +34,6 @@ struct DiagnoseOptions {
   ReportOptions report;
   Columns columns;
 };
-
-/// Takes the last part off the record, and returns it.
-Record cut_off_last(Record& record) {
-  const auto kept = static_cast<std::ptrdiff_t>((1.0 - kValidationShare) *
-                                                static_cast<double>(record.samples.size()));
-  Record last{record.name + " (last 30 %)", {}};
-  last.samples.assign(record.samples.begin() + kept, record.samples.end());
-  record.samples.erase(record.samples.begin() + kept, record.samples.end());
-  record.name += " (first 70 %)";
-  return last;
-}
 
 /// The pieces of the validation record beside both models, and what the effects do in them.
 void write_rows(const std::string& path, const std::vector<Record>& pieces,
@@ -83,27 +71,22 @@ void diagnose(DiagnoseOptions& o) {
   ModelFile start = chosen_model(o.model);
   o.settings.propagation = start.settings.propagation;
   o.settings.longest_gap_s = start.settings.gate.longest_gap_s;
-  Record estimation = read_record(o.input, o.columns);
-  Record validation;
-  if (o.validation.empty()) {
-    validation = cut_off_last(estimation);
-  } else {
-    validation = read_record(o.validation, o.columns);
-  }
+  const Record estimation = read_record(o.input, o.columns);
+  std::vector<Record> validation;
+  for (const std::string& file : o.validation) validation.push_back(read_record(file, o.columns));
   StageProgress progress(o.report.quiet);
   DiagnosisSummary summary;
   summary.diagnosis =
-      trace(start.model, {estimation}, {validation}, o.settings,
+      trace(start.model, {estimation}, validation, o.settings,
             [&](std::string_view stage, double share) { progress.show(stage, share); });
   progress.wipe();
   summary.estimation = estimation.name;
-  summary.validation = validation.name;
+  summary.validation = fmt::format("{}", fmt::join(o.validation, ", "));
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   summary.seconds = taken.count();
   write_report(o.report, diagnosis_text(summary), diagnosis_json(summary));
   if (!o.rows.empty())
-    write_rows(o.rows, pieces_of({validation}, o.settings.longest_gap_s), summary.diagnosis,
-               o.settings.propagation);
+    write_rows(o.rows, summary.diagnosis.judges, summary.diagnosis, o.settings.propagation);
   if (!o.save.empty())
     write_model_file(o.save, {with_fitted_spreads(summary.diagnosis.after), start.settings});
 }
@@ -114,16 +97,17 @@ void add_diagnose(CLI::App& program) {
   CLI::App& command = *program.add_subcommand(
       "diagnose", "Find what the model lacks, name it, add it, and report before and after");
   command.footer(
-      "FILE is fitted, the validation record only judges; without one the last 30 % of FILE do.\n"
+      "FILE is fitted, validation records only judge; in any case blocks of FILE do, an eighth each,\n"
+      "that are left out of the fit in turn.\n"
       "Every effect is fitted to the predictions one sample ahead, and accepted where its size is\n"
       "far from none and where predictions of 0.1 or 1 s from past measurements alone get better,\n"
-      "on both records and on most parts of them. p-values count all that was looked at: every\n"
+      "in every judge and on most parts of it. p-values count all that was looked at: every\n"
       "candidate, and every line of the spectra that harmonics and frequencies come from.\n"
       "Before and after also tell the free simulation where an effect follows the motor's angle.");
   const auto o = std::make_shared<DiagnoseOptions>();
   command.add_option("FILE", o->input, "the record to fit, as CSV; - is standard input")
       ->required();
-  command.add_option("--validate", o->validation, "another record of the same arm")
+  command.add_option("--validate", o->validation, "another record of the same arm; repeatable")
       ->type_name("FILE");
   command.add_option("--most-effects", o->settings.most_effects, "rounds, an effect each, at most")
       ->check(whole_number(1, kMostEffects));

@@ -115,6 +115,7 @@ OutputError::Evaluation OutputError::evaluate(const double* v) const {
   const std::vector<Stretch> rows = stretches();
   for (std::size_t e = 0; e < records_.size() && all.valid; ++e)
     all.valid = evaluate(model, v, static_cast<int>(e), rows[e].first, all);
+  all.valid = all.valid && std::isfinite(all.J.squaredNorm());  // derivatives may run away first
   return all;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <numbers>
 #include <utility>
 
@@ -259,6 +260,42 @@ double best_density(const Setting& setting, Shape shape, std::size_t horizon) {
 }
 
 template <class Shape>
+std::vector<std::vector<double>> predictions_at(const Setting& setting, Shape shape, double density,
+                                                std::span<const int> horizons,
+                                                const PartModels& parts) {
+  const std::size_t n = setting.samples.size();
+  std::deque<Setting> settings;  // the steps point into them
+  std::deque<Step<double>> steps;
+  for (std::size_t i = 0; i < std::max<std::size_t>(1, parts.models.size()); ++i) {
+    const Model& model = parts.models.empty() ? setting.model : parts.models[i];
+    steps.emplace_back(settings.emplace_back(model, setting.x0, setting.samples, setting.propagation));
+  }
+  const auto part_of = [&](std::size_t k) { return parts.models.empty() ? 0 : parts.part[k]; };
+  std::vector<std::vector<double>> all(horizons.size(), std::vector<double>(n, kNaN));
+  const auto predict = [&](std::size_t k, const auto& belief) {
+    for (std::size_t h = 0; h < horizons.size(); ++h) {
+      const auto horizon = static_cast<std::size_t>(horizons[h]);
+      const std::size_t half = std::max<std::size_t>(1, horizon / 2);
+      const std::size_t first = k + horizon - half + 1;
+      if (k % half != 0 || first >= n) continue;
+      const std::size_t last = std::min(k + horizon, n - 1);
+      for (int part = part_of(first); part <= part_of(last); ++part) {
+        std::array<double, Shape::kStates> x{};
+        std::copy_n(belief.begin(), shape.states(), x.begin());
+        for (std::size_t i = k + 1; i <= last && part_of(i) <= part; ++i) {
+          steps[part](x, i);
+          if (i < first || part_of(i) != part) continue;
+          const double y = steps[part].measured(x, i);
+          all[h][i] = std::isnan(y) ? kInfinite : y;
+        }
+      }
+    }
+  };
+  filter(setting, shape, density, predict, [](std::size_t, const Update<Shape>&) {});
+  return all;
+}
+
+template <class Shape>
 Prediction predict_ahead(const Setting& setting, Shape shape, std::size_t horizon) {
   const std::size_t n = setting.samples.size();
   const std::vector<Sample> first(setting.samples.begin(),
@@ -287,18 +324,15 @@ Prediction predict_ahead(const Model& model, const std::vector<double>& x0,
                           [&](auto shape) { return predict_ahead(setting, shape, horizon); });
 }
 
-std::vector<double> predictions_at(const Model& model, const std::vector<double>& x0,
-                                   const std::vector<Sample>& samples,
-                                   const Propagation& propagation, double density, int horizon,
-                                   int stride) {
+std::vector<std::vector<double>> predictions_at(const Model& model, const std::vector<double>& x0,
+                                                const std::vector<Sample>& samples,
+                                                const Propagation& propagation, double density,
+                                                std::span<const int> horizons,
+                                                const PartModels& parts) {
   const Setting setting{model, x0, samples, propagation};
-  std::vector<double> all(samples.size(), kNaN);
-  with_state_shape(model, [&](auto shape) {
-    return visit_predictions(
-        setting, shape, density, horizon, stride,
-        [&](std::size_t k, double y) { all[k] = std::isnan(y) ? kInfinite : y; });
+  return with_state_shape(model, [&](auto shape) {
+    return predictions_at(setting, shape, density, horizons, parts);
   });
-  return all;
 }
 
 Gains filter_gains(const Model& model, const std::vector<double>& x0,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "armukf/batch/simulation.hpp"
@@ -24,12 +25,21 @@ struct Prediction {
   double log_likelihood;  // of the innovations one sample ahead after the first second
 };
 
-/// Predicted speeds (rad/s) of every stride-th sample from the horizon-th on, NaN elsewhere, the
-/// density of the torque noise given (N.m.s^1/2 per rad/s of sensor noise).
-std::vector<double> predictions_at(const Model& model, const std::vector<double>& x0,
-                                   const std::vector<Sample>& samples,
-                                   const Propagation& propagation, double density, int horizon,
-                                   int stride);
+/// A model for a part of a record.
+struct PartModels {
+  std::vector<Model> models;  // of the same effects; empty: one for all
+  std::vector<int> part;      // of each sample: position in models
+};
+
+/// For each horizon the predicted speeds (rad/s) of all samples, each from what was measured half
+/// the horizon to the whole horizon earlier; NaN where nothing was. The filter goes over the record
+/// with the model, the density of its torque noise given (N.m.s^1/2 per rad/s of sensor noise); from
+/// its belief the predictions go on with the model of the part that they are for.
+std::vector<std::vector<double>> predictions_at(const Model& model, const std::vector<double>& x0,
+                                                const std::vector<Sample>& samples,
+                                                const Propagation& propagation, double density,
+                                                std::span<const int> horizons,
+                                                const PartModels& parts = {});
 
 Prediction predict_ahead(const Model& model, const std::vector<double>& x0,
                          const std::vector<Sample>& samples, const Propagation& propagation,

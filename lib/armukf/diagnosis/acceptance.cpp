@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <string_view>
-#include <utility>
 
 #include "armukf/core/constants.hpp"
 
@@ -18,33 +17,44 @@ double fall_of_logarithms(const Witness& w) {
   return std::isfinite(sum) ? sum : -kInfinite;
 }
 
-std::string refusal_by(const Witness& w, std::string_view record, const AcceptanceSettings& s) {
+bool mostly_better(const Witness& w, Horizon horizon, const AcceptanceSettings& s) {
+  return w.better_blocks(horizon) >= s.least_blocks * w.blocks(horizon);
+}
+
+std::string refusal_by(const Witness& w, const AcceptanceSettings& s) {
   if (!(w.help(kNear) >= -s.near_harm))
-    return fmt::format("makes predictions over {} samples of the {} record worse by {:.1f} %",
-                       kHorizons[kNear], record, -100.0 * w.help(kNear));
-  if (w.help(kMiddle) >= s.middle_help && w.better_blocks(kMiddle) >= s.least_blocks) return "";
-  if (w.help(kFar) >= s.far_help && w.better_blocks(kFar) >= s.least_blocks &&
+    return fmt::format("makes predictions over {} samples of {} worse by {:.1f} %", kHorizons[kNear],
+                       w.what, -100.0 * w.help(kNear));
+  if (w.help(kMiddle) >= s.middle_help && mostly_better(w, kMiddle, s)) return "";
+  if (w.help(kFar) >= s.far_help && mostly_better(w, kFar, s) &&
       w.help(kMiddle) >= -s.most_harm)
     return "";
   return fmt::format(
-      "lowers the error of predictions of the {} record by {:.1f} % over {} samples ({} of {} "
-      "blocks) and {:.1f} % over {} ({} of {}), which is not beyond chance",
-      record, 100.0 * w.help(kMiddle), kHorizons[kMiddle], w.better_blocks(kMiddle),
-      ForesightErrors::kBlocks, 100.0 * w.help(kFar), kHorizons[kFar], w.better_blocks(kFar),
-      ForesightErrors::kBlocks);
+      "lowers the error of predictions of {} by {:.1f} % over {} samples ({} of {} blocks) and "
+      "{:.1f} % over {} ({} of {}), which is not beyond chance",
+      w.what, 100.0 * w.help(kMiddle), kHorizons[kMiddle], w.better_blocks(kMiddle),
+      w.blocks(kMiddle), 100.0 * w.help(kFar), kHorizons[kFar], w.better_blocks(kFar),
+      w.blocks(kFar));
 }
 
 }  // namespace
 
 int Witness::better_blocks(Horizon horizon) const {
   int better = 0;
-  for (int b = 0; b < ForesightErrors::kBlocks; ++b)
+  for (int b = 0; b < kForesightBlocks; ++b)
     better += after.blocks[horizon][b] < before.blocks[horizon][b];
   return better;
 }
 
+int Witness::blocks(Horizon horizon) const {
+  return static_cast<int>(
+      std::ranges::count_if(before.blocks[horizon], [](double mse) { return mse > 0.0; }));
+}
+
 double Evidence::merit() const {
-  return fall_of_logarithms(estimation) + fall_of_logarithms(validation);
+  double sum = 0.0;
+  for (const Witness& witness : witnesses) sum += fall_of_logarithms(witness);
+  return sum;
 }
 
 std::string refusal(const Evidence& e, const AcceptanceSettings& s) {
@@ -52,9 +62,8 @@ std::string refusal(const Evidence& e, const AcceptanceSettings& s) {
     return fmt::format("its size is {:.1f} deviations from none", std::abs(e.t));
   if (!(e.drift <= s.most_drift))
     return fmt::format("moves a known parameter {:.1f} times, which is another law", e.drift);
-  for (const auto& [witness, record] :
-       {std::pair(&e.estimation, "estimation"), std::pair(&e.validation, "validation")})
-    if (std::string reason = refusal_by(*witness, record, s); !reason.empty()) return reason;
+  for (const Witness& witness : e.witnesses)
+    if (std::string reason = refusal_by(witness, s); !reason.empty()) return reason;
   return "";
 }
 

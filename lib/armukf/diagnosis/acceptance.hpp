@@ -1,6 +1,8 @@
 #pragma once
 
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "armukf/diagnosis/foresight.hpp"
 
@@ -15,31 +17,32 @@ struct AcceptanceSettings {
   /// to 2 %, and at 2000 by up to 10 %: there a drift of the torque counts.
   double middle_help = 0.03;
   double far_help = 0.15;
-  int least_blocks = 6;     // of 8, that get better: one stretch of a record may do so by chance
-  double most_harm = 0.01;  // to the error at 200 samples, of what helps at 2000 alone
-  double near_harm = 0.03;  // to the error at 20
-  double most_drift = 5.0;  // times, of a parameter that was known: more is another law
+  double least_blocks = 0.75;  // of them, that get better: one stretch may do so by chance
+  double most_harm = 0.01;     // to the error at 200 samples, of what helps at 2000 alone
+  double near_harm = 0.03;     // to the error at 20
+  double most_drift = 5.0;     // times, of a parameter that was known: more is another law
 };
 
-/// What one set of records says of a candidate.
+/// What predictions that no fit has seen say of a candidate.
 struct Witness {
+  std::string_view what;  // was foretold
   ForesightErrors before;
   ForesightErrors after;
 
   /// Share by which the error falls.
   double help(Horizon horizon) const { return 1.0 - after.all[horizon] / before.all[horizon]; }
   int better_blocks(Horizon horizon) const;
+  int blocks(Horizon horizon) const;  // that say anything
 };
 
 /// All that is known of a candidate once it is refitted.
 struct Evidence {
   double t = 0.0;      // of its largest size
   double drift = 1.0;  // times, the most that a parameter moved which was known before
-  Witness estimation;
-  Witness validation;
+  std::vector<Witness> witnesses;
 
   /// Of two explanations the one with more of it goes first: the fall of the errors' logarithms
-  /// over horizons and records.
+  /// over horizons and witnesses.
   double merit() const;
 };
 

@@ -1,11 +1,11 @@
 #include "armukf/diagnosis/foresight.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "armukf/batch/gains.hpp"
-#include "armukf/batch/initial_states.hpp"
 #include "armukf/batch/output_error.hpp"
 #include "armukf/batch/prediction.hpp"
 #include "armukf/batch/sensitivity.hpp"
@@ -16,23 +16,18 @@
 namespace armukf {
 namespace {
 
-constexpr double kBeginning = 0.1;  // of a piece: there the filter settles
-constexpr int kParts = 16;          // whose scatter tells the deviations
+constexpr int kParts = 2 * kForesightBlocks;  // whose scatter tells the deviations
 constexpr int kPhases = 16;         // of an angle's period
 
+/// The filter settles within a second; of a short piece the second half counts in any case.
 std::size_t first_that_counts(const Record& piece) {
-  return static_cast<std::size_t>(kBeginning * static_cast<double>(piece.samples.size()));
-}
-
-/// The filter's gains at that model, the beginning of each piece without weight.
-std::vector<Gains> gains_at(const Model& model, const StatesOfPieces& x0,
-                            const std::vector<Record>& pieces, const Propagation& propagation) {
-  std::vector<Gains> gains;
-  for (std::size_t e = 0; e < pieces.size(); ++e) {
-    gains.push_back(filter_gains(model, x0[e], pieces[e].samples, propagation, kForesightDensity));
-    std::fill_n(gains[e].innovation_sd.begin(), first_that_counts(pieces[e]), kInfinite);
-  }
-  return gains;
+  constexpr double kSettledS = 1.0;
+  const std::vector<Sample>& samples = piece.samples;
+  const auto settled = std::ranges::find_if(samples, [&](const Sample& sample) {
+    return sample.t >= samples.front().t + kSettledS;
+  });
+  const auto count = static_cast<std::size_t>(settled - samples.begin());
+  return std::min(std::max(count, samples.size() / 10), samples.size() / 2);
 }
 
 StatesOfPieces at_rest(const Model& model, const std::vector<Record>& pieces) {
@@ -42,24 +37,52 @@ StatesOfPieces at_rest(const Model& model, const std::vector<Record>& pieces) {
   return x0;
 }
 
-/// Deviations of the unknowns: what each part of the rows would change, taken for independent of
-/// the other parts.
-std::vector<double> scatter(const OutputError& error, const Minimum& minimum) {
-  std::vector<double> sd(error.unknowns(), kInfinite);
+/// Which of that many parts a row is in.
+Eigen::Index first_row(Eigen::Index rows, int part, int parts) { return rows * part / parts; }
+
+/// Deviations of the unknowns, from what each part of the rows would change, taken for independent
+/// of the other parts; and the models without a block each: a Gauss-Newton step on the others.
+void judge(const OutputError& error, const Variables& variables, const Minimum& minimum,
+           ForesightFit& fit) {
+  constexpr double kRidge = 1e-4;  // of each variable's information: steers what no row tells
+  fit.sd.assign(error.unknowns(), kInfinite);
+  fit.left_out.assign(kForesightBlocks, fit.model);
   const OutputError::Evaluation at = error.evaluate(minimum.z.data());
-  if (!at.valid) return sd;
-  const Eigen::MatrixXd information = inverse_information(at.J);
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(at.J.cols(), at.J.cols());
+  if (!at.valid) return;
+  const Eigen::Index rows = at.r.size();
+  const Eigen::Index n = at.J.cols();
+  const auto slope_of = [&](int part, int parts) -> Eigen::VectorXd {
+    const Eigen::Index first = first_row(rows, part, parts);
+    const Eigen::Index count = first_row(rows, part + 1, parts) - first;
+    return at.J.middleRows(first, count).transpose() * at.r.segment(first, count);
+  };
+  const Eigen::MatrixXd inverse = inverse_information(at.J);
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(n, n);
   for (int part = 0; part < kParts; ++part) {
-    const Eigen::Index first = at.r.size() * part / kParts;
-    const Eigen::Index count = at.r.size() * (part + 1) / kParts - first;
-    const Eigen::VectorXd slope =
-        at.J.middleRows(first, count).transpose() * at.r.segment(first, count);
+    const Eigen::VectorXd slope = slope_of(part, kParts);
     sum += slope * slope.transpose();
   }
-  const Eigen::MatrixXd covariance = information * sum * information * kParts / (kParts - 1.0);
-  for (int i = 0; i < error.unknowns(); ++i) sd[i] = std::sqrt(covariance(i, i));
-  return sd;
+  const Eigen::MatrixXd covariance = inverse * sum * inverse * kParts / (kParts - 1.0);
+  for (int i = 0; i < error.unknowns(); ++i) fit.sd[i] = std::sqrt(covariance(i, i));
+
+  const Eigen::MatrixXd information = at.J.transpose() * at.J;
+  const Eigen::VectorXd scale =
+      information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::VectorXd slope = at.J.transpose() * at.r;
+  for (int block = 0; block < kForesightBlocks; ++block) {
+    const Eigen::Index first = first_row(rows, block, kForesightBlocks);
+    const auto its = at.J.middleRows(first, first_row(rows, block + 1, kForesightBlocks) - first);
+    Eigen::MatrixXd rest = scale.asDiagonal() * (information - its.transpose() * its).eval() *
+                           scale.asDiagonal();
+    rest.diagonal().array() += kRidge;
+    const Eigen::VectorXd step =
+        scale.asDiagonal() *
+        rest.ldlt().solve(scale.asDiagonal() * (slope_of(block, kForesightBlocks) - slope));
+    std::vector<double> v = minimum.z;
+    for (Eigen::Index i = 0; i < n; ++i)
+      v[i] = std::clamp(v[i] + step[i], variables.lower[i], variables.upper[i]);
+    fit.left_out[block] = error.model_at(v.data());
+  }
 }
 
 /// Sum of the squared innovations of the piece's first samples from those states on.
@@ -75,53 +98,68 @@ double beginning_error(const Model& model, const std::vector<double>& x0,
 
 }  // namespace
 
+std::vector<Gains> foresight_gains(const Model& model, const StatesOfPieces& x0,
+                                   const std::vector<Record>& pieces,
+                                   const Propagation& propagation, double density) {
+  std::vector<Gains> gains;
+  for (std::size_t e = 0; e < pieces.size(); ++e) {
+    gains.push_back(filter_gains(model, x0[e], pieces[e].samples, propagation, density));
+    std::fill_n(gains[e].innovation_sd.begin(), first_that_counts(pieces[e]), kInfinite);
+  }
+  return gains;
+}
+
 ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
                            const std::vector<Record>& pieces, const Propagation& propagation,
-                           int iterations) {
+                           double density, int iterations, bool judged) {
   constexpr double kTolerance = 1e-6;  // of the cost
-  const InitialChoice choice = prediction_choice(model);
+  const InitialChoice choice = density > 0.0 ? prediction_choice(model) : all_free(model);
   const StatesOfPieces start = x0.empty() ? at_rest(model, pieces) : extended(x0, model);
-  const OutputError error(model, pieces, choice, propagation,
-                          gains_at(model, start, pieces, propagation));
-  const Minimum minimum =
-      search(error, error.variables_of_model(start), kInfinite, {iterations, kTolerance});
-  ForesightFit fit{error.model_at(minimum.z.data()), {}, minimum.cost, scatter(error, minimum)};
+  const OutputError error(
+      model, pieces, choice, propagation,
+      density > 0.0 ? foresight_gains(model, start, pieces, propagation, density) : std::vector<Gains>{});
+  const Variables variables = error.variables_of_model(start);
+  const Minimum minimum = search(error, variables, kInfinite, {iterations, kTolerance});
+  ForesightFit fit{error.model_at(minimum.z.data()), {}, minimum.cost, {}, {}};
   for (std::size_t e = 0; e < pieces.size(); ++e)
     fit.x0.push_back(error.initial_states_at(minimum.z.data(), static_cast<int>(e)));
+  if (judged) judge(error, variables, minimum, fit);
   return fit;
 }
 
 ForesightErrors foresight_errors(const Model& model, const StatesOfPieces& x0,
-                                 const std::vector<Record>& pieces,
-                                 const Propagation& propagation) {
-  constexpr int kPerHorizon = 4;  // predictions that overlap more tell little more
-  constexpr double kMost = 1e3;   // rad/s, an error of what runs away
+                                 const std::vector<Record>& pieces, const Propagation& propagation,
+                                 const std::vector<Model>& left_out) {
+  constexpr double kMost = 1e3;  // rad/s, an error of what runs away
   std::size_t total = 0;
   for (const Record& piece : pieces) total += piece.samples.size();
   ForesightErrors errors;
-  for (std::size_t h = 0; h < kHorizons.size(); ++h) {
-    std::array<double, ForesightErrors::kBlocks> count{};
-    std::size_t before = 0;
-    for (std::size_t e = 0; e < pieces.size(); ++e) {
-      const std::vector<Sample>& samples = pieces[e].samples;
-      const std::vector<double> y =
-          predictions_at(model, x0[e], samples, propagation, kForesightDensity, kHorizons[h],
-                         std::max(1, kHorizons[h] / kPerHorizon));
+  std::array<std::array<double, kForesightBlocks>, kHorizons.size()> count{};
+  std::size_t before = 0;
+  for (std::size_t e = 0; e < pieces.size(); ++e) {
+    const std::vector<Sample>& samples = pieces[e].samples;
+    PartModels parts{left_out, std::vector<int>(samples.size())};
+    for (std::size_t k = 0; k < samples.size(); ++k)
+      parts.part[k] = static_cast<int>((before + k) * kForesightBlocks / total);
+    const auto y = predictions_at(model, x0[e], samples, propagation, kForesightDensity, kHorizons,
+                                  parts);
+    for (std::size_t h = 0; h < kHorizons.size(); ++h) {
       for (std::size_t k = first_that_counts(pieces[e]); k < samples.size(); ++k) {
-        const double error = std::abs(samples[k].y - y[k]);
-        if (std::isnan(error) && !(std::isinf(y[k]))) continue;
-        const std::size_t block = (before + k) * ForesightErrors::kBlocks / total;
-        errors.blocks[h][block] += std::pow(std::min(error, kMost), 2);
-        count[block] += 1.0;
+        if (std::isnan(samples[k].y) || std::isnan(y[h][k])) continue;
+        const double error = std::min(std::abs(samples[k].y - y[h][k]), kMost);
+        errors.blocks[h][parts.part[k]] += error * error;
+        count[h][parts.part[k]] += 1.0;
       }
-      before += samples.size();
     }
+    before += samples.size();
+  }
+  for (std::size_t h = 0; h < kHorizons.size(); ++h) {
     double sum = 0.0;
     double samples = 0.0;
-    for (int b = 0; b < ForesightErrors::kBlocks; ++b) {
+    for (int b = 0; b < kForesightBlocks; ++b) {
       sum += errors.blocks[h][b];
-      samples += count[b];
-      errors.blocks[h][b] /= std::max(1.0, count[b]);
+      samples += count[h][b];
+      errors.blocks[h][b] /= std::max(1.0, count[h][b]);
     }
     errors.all[h] = sum / std::max(1.0, samples);
     if (samples == 0.0) {  // no piece is as long: nothing is said, of any model
@@ -136,7 +174,8 @@ StatesOfPieces states_before(const Model& model, const std::vector<Record>& piec
                              const Propagation& propagation) {
   StatesOfPieces all = at_rest(model, pieces);
   for (std::size_t e = 0; e < pieces.size(); ++e) {
-    const std::vector<Sample> first = beginning(pieces[e].samples, kBeginning);
+    const auto settled = static_cast<std::ptrdiff_t>(first_that_counts(pieces[e]));
+    const std::vector<Sample> first(pieces[e].samples.begin(), pieces[e].samples.begin() + settled);
     for (const EffectSlot& slot : model.effects) {
       for (int i = slot.first_state; i < slot.first_state + slot.state_count(); ++i) {
         if (model.states[i].beginning != Beginning::kAngle) continue;
@@ -153,6 +192,12 @@ StatesOfPieces states_before(const Model& model, const std::vector<Record>& piec
     }
   }
   return all;
+}
+
+double ForesightErrors::level() const {
+  double sum = 0.0;
+  for (const double mse : all) sum += std::log(mse);
+  return std::isnan(sum) ? kInfinite : sum;
 }
 
 }  // namespace armukf

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <array>
-#include <string_view>
 #include <vector>
 
+#include "armukf/batch/gains.hpp"
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/record.hpp"
 #include "armukf/model/model.hpp"
@@ -20,37 +20,60 @@ namespace armukf {
 /// filter hid what is to be found.
 inline constexpr double kForesightDensity = 0.03;
 
-/// A model fitted to the predictions one sample ahead of the pieces of a record.
+/// No filter at all: the plain simulation. It sees what a filter makes good for, offsets and slow
+/// friction, and cannot tell them from a slow torque noise.
+inline constexpr double kSimulated = 0.0;
+
+/// Parts of the samples of all pieces, one after the other, that are left out in turn.
+inline constexpr int kForesightBlocks = 8;
+
+/// A model fitted to the pieces of a record.
 struct ForesightFit {
   Model model;
   StatesOfPieces x0;       // at each piece's first sample
-  double cost;             // half the sum of squared innovations, each over its deviation
+  double cost = 0.0;       // half the sum of squared errors, one sample ahead each over its deviation
   std::vector<double> sd;  // of the model's unknowns, in their order, by how they scatter from one
                            // sixteenth of the samples to the next
+  std::vector<Model> left_out;  // fitted without a block each, by one step from the minimum
 };
 
 /// From the model's values and those initial states on (extended where the model has more).
+/// density: kForesightDensity or kSimulated. judged: with deviations and what is fitted without each
+/// block.
 ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
                            const std::vector<Record>& pieces, const Propagation& propagation,
-                           int iterations);
+                           double density, int iterations, bool judged = false);
+
+/// The filter's gains at that model, the beginning of each piece without weight: there it settles.
+std::vector<Gains> foresight_gains(const Model& model, const StatesOfPieces& x0,
+                                   const std::vector<Record>& pieces,
+                                   const Propagation& propagation,
+                                   double density = kForesightDensity);
 
 /// Samples ahead at which a model is judged.
 inline constexpr std::array kHorizons{20, 200, 2000};
 enum Horizon { kNear, kMiddle, kFar };
 
-/// Mean squared errors (rad/s)^2 of predictions that many samples ahead, from past measurements
-/// alone; the first tenth of each piece does not count. Over all, and by eighths of the samples. 1
+/// Mean squared errors (rad/s)^2 of predictions half that many to that many samples ahead, from past
+/// measurements alone; the first second of each piece does not count (at least a
+/// tenth, at most half of it). Over all, and by blocks. 1
 /// where no piece is that long.
 struct ForesightErrors {
-  static constexpr int kBlocks = 8;
   std::array<double, kHorizons.size()> all{};
-  std::array<std::array<double, kBlocks>, kHorizons.size()> blocks{};
+  std::array<std::array<double, kForesightBlocks>, kHorizons.size()> blocks{};
+
+  /// Sum of the logarithms over the horizons: comparable between models, as the costs of fits with
+  /// gains of their own are not. Infinite where a prediction runs away.
+  double level() const;
 };
+
+/// left_out: models that foretell a block each, or none.
 ForesightErrors foresight_errors(const Model& model, const StatesOfPieces& x0,
-                                 const std::vector<Record>& pieces, const Propagation& propagation);
+                                 const std::vector<Record>& pieces, const Propagation& propagation,
+                                 const std::vector<Model>& left_out = {});
 
 /// States of pieces that the model was not fitted to: at rest; the angles of effects where the
-/// predictions of the first tenth are best.
+/// predictions of the part that does not count are best.
 StatesOfPieces states_before(const Model& model, const std::vector<Record>& pieces,
                              const Propagation& propagation);
 

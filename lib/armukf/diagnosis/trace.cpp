@@ -5,240 +5,32 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <optional>
 
 #include "armukf/batch/pieces.hpp"
 #include "armukf/batch/simulation.hpp"
-#include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
-#include "armukf/core/parallel.hpp"
 #include "armukf/core/residual_tests.hpp"
-#include "armukf/core/statistics.hpp"
-#include "armukf/diagnosis/foresight.hpp"
+#include "armukf/core/parallel.hpp"
+#include "armukf/diagnosis/candidates.hpp"
 #include "armukf/diagnosis/portrait.hpp"
-#include "armukf/diagnosis/search.hpp"
-#include "armukf/model/plant.hpp"
+#include "armukf/diagnosis/trace_records.hpp"
 
 namespace armukf {
 namespace {
 
-constexpr int kStarts = 8;   // of an effect, from its grid and the spectra
-constexpr int kFirst = 5;    // iterations from each
-constexpr int kLong = 60;    // iterations to the end of a fit
-constexpr int kRefits = 14;  // effects of a round that are fitted to the end and judged
-constexpr double kScatterFreedom = 15.0;  // degrees of freedom of ForesightFit::sd
-constexpr double kNoHelp = 0.01;          // an effect worth less of every error goes again
-constexpr double kNearlyAsGood = 0.8;     // of the merit: the record cannot tell the two apart
-constexpr double kPerParameter = 0.03;    // of the merit, the price of each further parameter
-constexpr double kHopelessFit = 20.0;     // percent
-constexpr std::size_t kFewestSamples = 1000;
-constexpr double kMoreLeft = 1.5;  // times, of the validation's error over the estimation's
+constexpr int kLong = 60;              // iterations to the end of a plain fit
+constexpr int kShort = 10;             // where only a block has gone
+constexpr double kNoHelp = 0.01;       // an effect worth less of every error goes again
+constexpr double kNearlyAsGood = 0.8;  // of the merit: the record cannot tell the two apart
+constexpr double kHopelessFit = 20.0;  // percent
+constexpr double kMoreLeft = 1.5;      // times, of the validation's error over the estimation's
 
-/// The records' pieces, as every step needs them.
-struct Setting {
-  std::vector<Record> estimation;
-  std::vector<Record> validation;
-  const TraceSettings& settings;
-
-  const Propagation& propagation() const { return settings.propagation; }
-};
-
-/// Simulations of a model that was fitted to the estimation record, placed on the validation
-/// record.
-struct Fits {
+/// A model as a plain simulation: fitted to the estimation pieces, and on what judges it.
+struct Simulated {
   FittedModel estimation;
   FittedModel validation;
 };
-
-/// A model with how well it foretells both records.
-struct Explained {
-  ForesightFit fit;
-  ForesightErrors estimation;
-  ForesightErrors validation;
-};
-
-/// An effect, refitted.
-struct Refit {
-  Trial trial;
-  Explained explained;
-  Evidence evidence;
-  double merit = 0.0;
-  double p_value = 1.0;
-  std::string refusal;
-};
-
-Explained explained(ForesightFit fit, const Setting& s) {
-  const ForesightErrors estimation =
-      foresight_errors(fit.model, fit.x0, s.estimation, s.propagation());
-  const ForesightErrors validation =
-      foresight_errors(fit.model, states_before(fit.model, s.validation, s.propagation()),
-                       s.validation, s.propagation());
-  return {std::move(fit), estimation, validation};
-}
-
-/// Twice, since the gains of the first are those of where it began.
-ForesightFit fit_to_end(const Model& model, const StatesOfPieces& x0, const Setting& s) {
-  const ForesightFit first = fit_foresight(model, x0, s.estimation, s.propagation(), kLong / 2);
-  return fit_foresight(first.model, first.x0, s.estimation, s.propagation(), kLong / 2);
-}
-
-/// Minima of the model without effects, least cost first: from the plain fit's values, from those
-/// of the model, and from a soft arm. Where a resonance is missing, the least of them may be an arm
-/// whose gear box stands in for it, from which the missing one is not to be found.
-std::vector<ForesightFit> bases_of(const Model& model, const Model& fitted_model,
-                                   const Setting& s) {
-  constexpr double kSameMinimum = 0.01;  // of the cost
-  Model soft = model;
-  for (const auto& [name, factor] : soft_start())
-    if (Parameter& p = soft.parameter(name); !p.known) p.value *= factor;
-  const std::vector<Model> starts{fitted_model, model, soft};
-  std::vector<ForesightFit> fits(starts.size());
-  for_each_job(s.settings.threads, static_cast<int>(starts.size()),
-               [&](int i) { fits[i] = fit_to_end(starts[i], {}, s); });
-  std::ranges::stable_sort(fits, {}, &ForesightFit::cost);
-  const auto same = std::ranges::unique(fits, [](const ForesightFit& a, const ForesightFit& b) {
-    return b.cost < (1.0 + kSameMinimum) * a.cost;
-  });
-  fits.erase(same.begin(), same.end());
-  return fits;
-}
-
-/// Where the search for each effect begins: its sizes typical, its shapes from the grid. Of many
-/// some, evenly, and what the spectra suggest, which stands last.
-std::vector<Trial> starts_of(const std::vector<Trial>& trials) {
-  std::map<std::string, std::vector<Trial>> by_effect;
-  for (const Trial& trial : trials) by_effect[trial.effect].push_back(trial);
-  std::vector<Trial> starts;
-  for (auto& [effect, all] : by_effect) {
-    const int count = static_cast<int>(all.size());
-    constexpr int kSuggested = 3;
-    for (int i = 0; i < count; ++i) {
-      const bool chosen =
-          count <= kStarts || i >= count - kSuggested ||
-          i * (kStarts - kSuggested) / count != (i - 1) * (kStarts - kSuggested) / count || i == 0;
-      if (!chosen) continue;
-      Trial start = all[i];
-      for (const int k : start.sizes)
-        if (Parameter& p = start.model.parameters[k]; p.value == 0.0)
-          p.value = std::clamp(p.scale, p.lower, p.upper);
-      starts.push_back(std::move(start));
-    }
-  }
-  return starts;
-}
-
-/// How many deviations the effect's largest size is from none, and how far it moved what was known.
-void weigh(const Trial& trial, const Model& before, const ForesightFit& fit, Evidence& evidence) {
-  const std::vector<int> unknowns = fit.model.unknowns();
-  for (const int i : trial.sizes) {
-    const bool was_known = i < static_cast<int>(before.parameters.size());
-    const double none = was_known ? before.parameters[i].value : 0.0;
-    const double value = fit.model.parameters[i].value;
-    const auto at = std::ranges::find(unknowns, i) - unknowns.begin();
-    const double t = std::abs(value - none) / fit.sd[at];
-    if (t > evidence.t) evidence.t = t;
-    if (was_known && value > 0.0 && none > 0.0)
-      evidence.drift = std::max({evidence.drift, value / none, none / value});
-  }
-}
-
-Refit refit_of(const Trial& trial, ForesightFit start, const Explained& now, double looks,
-               const Setting& s) {
-  Refit refit{
-      trial,
-      explained(fit_foresight(start.model, start.x0, s.estimation, s.propagation(), kLong / 3), s),
-      {},
-      0.0,
-      1.0,
-      ""};
-  Evidence& evidence = refit.evidence;
-  evidence.estimation = {now.estimation, refit.explained.estimation};
-  evidence.validation = {now.validation, refit.explained.validation};
-  weigh(trial, now.fit.model, refit.explained.fit, evidence);
-  const auto more = static_cast<double>(refit.explained.fit.model.unknowns().size() -
-                                        now.fit.model.unknowns().size());
-  refit.merit = evidence.merit() * (1.0 - kPerParameter * (more - 1.0));
-  refit.p_value =
-      std::min(1.0, looks * hotelling_tail(evidence.t * evidence.t, 1.0, kScatterFreedom));
-  refit.refusal = refusal(evidence, s.settings.acceptance);
-  return refit;
-}
-
-/// A fit of an effect that has only begun.
-struct Begun {
-  Trial trial;
-  ForesightFit fit;
-};
-
-/// The start's effect on top of another minimum of the model that it stands on.
-Model on_top_of(const Model& base, const Model& start) {
-  Model model = start;
-  for (std::size_t i = 0; i < base.parameters.size(); ++i)
-    model.parameters[i].value = base.parameters[i].value;
-  return model;
-}
-
-/// Every effect from each of its starts on top of each base; the best of each, least cost first.
-std::vector<Begun> begun_fits(const std::vector<Trial>& all, const std::vector<ForesightFit>& bases,
-                              const Setting& s) {
-  std::vector<Trial> starts;
-  for (std::size_t b = 0; b < bases.size(); ++b)
-    starts.insert(starts.end(), all.begin(), all.end());
-  std::vector<ForesightFit> fits(starts.size());
-  for_each_job(s.settings.threads, static_cast<int>(starts.size()), [&](int i) {
-    const ForesightFit& base = bases[static_cast<std::size_t>(i) / all.size()];
-    fits[i] = fit_foresight(on_top_of(base.model, starts[i].model), base.x0, s.estimation,
-                            s.propagation(), kFirst);
-  });
-  std::vector<Begun> best;
-  for (std::size_t i = 0; i < starts.size(); ++i) {
-    const auto at =
-        std::ranges::find(best, starts[i].effect, [](const Begun& b) { return b.trial.effect; });
-    if (at == best.end()) {
-      best.push_back({starts[i], fits[i]});
-    } else if (fits[i].cost < at->fit.cost) {
-      *at = {starts[i], fits[i]};
-    }
-  }
-  std::ranges::stable_sort(best, {}, [](const Begun& b) { return b.fit.cost; });
-  return best;
-}
-
-/// The most promising effects, fitted to their ends and judged, most merit first; notes every
-/// effect that was tried. bases: what effects are tried on top of, `now` among them.
-std::vector<Refit> judged(const Explained& now, const std::vector<ForesightFit>& bases,
-                          const FittedModel& simulated, const Setting& s, int round,
-                          std::vector<Candidate>& candidates) {
-  Suggested suggested = suggested_by(simulated, s.estimation, s.propagation());
-  const std::vector<Trial> trials = trials_for(now.fit.model, suggested);
-  double looks = 0.0;
-  for (const Trial& trial : trials) looks += trial.looks;
-  const std::vector<Begun> begun = begun_fits(starts_of(trials), bases, s);
-  std::vector<Refit> refits(std::min(begun.size(), static_cast<std::size_t>(kRefits)));
-  for_each_job(s.settings.threads, static_cast<int>(refits.size()),
-               [&](int i) { refits[i] = refit_of(begun[i].trial, begun[i].fit, now, looks, s); });
-  const auto gain = [&](double cost) { return 100.0 * (1.0 - cost / now.fit.cost); };
-  for (std::size_t i = 0; i < begun.size(); ++i) {
-    Candidate candidate;
-    candidate.effect = begun[i].trial.effect;
-    candidate.round = round;
-    candidate.gain_percent = gain(begun[i].fit.cost);
-    candidate.refused_because = "others lower the error of predictions more";
-    if (i < refits.size()) {
-      const Refit& refit = refits[i];
-      candidate.gain_percent = gain(refit.explained.fit.cost);
-      candidate.statistic = refit.evidence.t * refit.evidence.t;
-      candidate.p_value = refit.p_value;
-      candidate.refitted_estimation = refit.explained.estimation.all[kMiddle];
-      candidate.refitted_validation = refit.explained.validation.all[kMiddle];
-      candidate.refused_because = refit.refusal.empty() ? "another explains more" : refit.refusal;
-    }
-    candidates.push_back(candidate);
-  }
-  std::ranges::stable_sort(refits, std::greater{}, &Refit::merit);
-  return refits;
-}
 
 /// Families, other than the chosen one's, that explain nearly as much.
 std::vector<std::string> rivals(const Refit& chosen, const std::vector<Refit>& refits) {
@@ -274,23 +66,25 @@ StatesOfPieces states_by_name(const Model& fewer, const Model& full, const State
   return result;
 }
 
-/// Whether a model foretells both records as well as another.
-bool as_well(const Explained& fewer, const Explained& full) {
+/// Whether a model foretells as well as another.
+bool as_well(const Explained& fewer, const Explained& full, bool validated) {
   const auto better = [](const ForesightErrors& a, const ForesightErrors& b) {
     return does_as_well(a.all[kMiddle], b.all[kMiddle], kNoHelp) &&
            does_as_well(a.all[kFar], b.all[kFar], kNoHelp);
   };
-  return better(fewer.estimation, full.estimation) && better(fewer.validation, full.validation);
+  return better(fewer.estimation, full.estimation) &&
+         (!validated || better(fewer.validation, full.validation));
 }
 
 /// Takes out again what no longer helps; what is taken out was not accepted in the end.
-void remove_idle(const Model& base, Diagnosis& diagnosis, Explained& now, const Setting& s) {
+void remove_idle(const Model& base, Diagnosis& diagnosis, Explained& now,
+                 const TraceRecords& records) {
   for (std::size_t i = 0; diagnosis.effects.size() > 1 && i < diagnosis.effects.size();) {
     const std::string effect = diagnosis.effects[i].effect;
     const Model fewer = without(now.fit.model, base, effect, diagnosis.effects);
-    const Explained rest =
-        explained(fit_to_end(fewer, states_by_name(fewer, now.fit.model, now.fit.x0), s), s);
-    if (!as_well(rest, now)) {
+    const Explained rest = explained(fewer, states_by_name(fewer, now.fit.model, now.fit.x0),
+                                     records, kForesightDensity);
+    if (!as_well(rest, now, !records.validation.empty())) {
       ++i;
       continue;
     }
@@ -304,23 +98,58 @@ void remove_idle(const Model& base, Diagnosis& diagnosis, Explained& now, const 
   }
 }
 
-Fits placed_on_both(const Model& model, const Setting& s) {
-  return {placed(model, s.estimation, s.propagation()),
-          placed(model, s.validation, s.propagation())};
+/// Each block simulated by the model as it is fitted to the others.
+FittedModel without_each_block(const FittedModel& fit, const TraceRecords& records) {
+  const Blocks blocks = blocks_of(records.estimation);
+  std::vector<Model> models(kForesightBlocks, fit.model);
+  for_each_job(records.threads, kForesightBlocks, [&](int block) {
+    std::vector<Record> others;
+    for (std::size_t i = 0; i < blocks.pieces.size(); ++i)
+      if (blocks.block[i] != block) others.push_back(blocks.pieces[i]);
+    const StatesOfPieces x0 = placed(fit.model, others, records.propagation).x0;
+    models[block] = fitted(fit.model, x0, others, records.propagation, kShort).model;
+  });
+  FittedModel all;
+  all.model = fit.model;
+  all.parameters = fit.parameters;
+  ErrorSums sums;
+  for (std::size_t i = 0; i < blocks.pieces.size(); ++i) {
+    const FittedModel one =
+        placed(models[blocks.block[i]], {blocks.pieces[i]}, records.propagation);
+    all.x0.push_back(one.x0.front());
+    all.residual.insert(all.residual.end(), one.residual.begin(), one.residual.end());
+    std::vector<double> y = speeds_of(blocks.pieces[i].samples);
+    const std::vector<double> measured = y;
+    for (std::size_t k = 0; k < y.size(); ++k) y[k] -= one.residual[k];
+    sums += error_sums(measured, y);
+  }
+  all.fit_percent = fit_percent(sums);
+  all.mse = mean_square_error(sums);
+  return all;
+}
+
+/// What judges, and how the fitted model does there.
+FittedModel judged(const FittedModel& fit, const TraceRecords& records) {
+  return records.validation.empty()
+             ? without_each_block(fit, records)
+             : placed(fit.model, records.validation, records.propagation);
+}
+
+FittedModel plain(const Explained& now, const TraceRecords& records) {
+  return placed(now.fit.model, records.estimation, records.propagation);
 }
 
 /// The completed model as a simulation: with the values that foretell best, or fitted once more as
-/// a plain simulation, whichever foretells the validation record better over the far horizon.
-Fits finished(const Explained& now, const Setting& s) {
-  Fits plain;
-  plain.estimation = fitted(now.fit.model, placed(now.fit.model, s.estimation, s.propagation()).x0,
-                            s.estimation, s.propagation(), kLong);
-  const Model& model = plain.estimation.model;
-  const ForesightErrors errors = foresight_errors(
-      model, states_before(model, s.validation, s.propagation()), s.validation, s.propagation());
-  if (!(errors.all[kFar] < now.validation.all[kFar])) return placed_on_both(now.fit.model, s);
-  plain.validation = placed(model, s.validation, s.propagation());
-  return plain;
+/// a plain simulation, whichever foretells better over the far horizon what it was not fitted to.
+FittedModel finished(const Explained& now, const TraceRecords& records) {
+  const FittedModel as_it_is = plain(now, records);
+  FittedModel refitted =
+      fitted(now.fit.model, as_it_is.x0, records.estimation, records.propagation, kLong);
+  const Explained simulated = explained(refitted.model, now.fit.x0, records, kSimulated);
+  const auto far = [&](const Explained& e) {
+    return (records.validation.empty() ? e.estimation : e.validation).all[kFar];
+  };
+  return far(simulated) < far(now) ? refitted : as_it_is;
 }
 
 /// angle: whether a model that it is compared with has effects of the motor's angle.
@@ -345,59 +174,18 @@ Measures measures_of(const FittedModel& fit, const std::vector<Record>& pieces, 
           ljung_box_p(ahead.errors)};
 }
 
-/// Refuses records in which torque or speed stand still.
-void check_excitation(const std::vector<Record>& records) {
-  const auto check = [&](double Sample::*column, std::string_view name) {
-    double low = kInfinite;
-    double high = -low;
-    for (const Sample& sample : samples_of(records)) {
-      if (std::isnan(sample.*column)) continue;
-      low = std::min(low, sample.*column);
-      high = std::max(high, sample.*column);
-    }
-    if (!(high > low))
-      throw InputError(records.front().name, 0, name,
-                       "does not vary: there is nothing to be told from it");
-  };
-  check(&Sample::u, "u");
-  check(&Sample::y, "y");
-}
-
-void check_length(const std::vector<Record>& records, const std::vector<Record>& pieces) {
-  const std::size_t whole = samples_of(records).size();
-  const std::size_t usable = samples_of(pieces).size();
-  if (usable >= kFewestSamples) return;
-  const std::string between =
-      usable < whole ? fmt::format(", of {} whose gaps leave no more,", whole) : "";
-  throw InputError(records.front().name, 0, "y",
-                   fmt::format("{} samples{} are too short for a diagnosis; it takes {}", usable,
-                               between, kFewestSamples));
-}
-
-void check_records(const std::vector<Record>& estimation, const std::vector<Record>& validation,
-                   const Setting& s) {
-  for (const auto* records : {&estimation, &validation}) check_excitation(*records);
-  check_length(estimation, s.estimation);
-  check_length(validation, s.validation);
-  const auto same = [](const Sample& a, const Sample& b) {
-    return a.u == b.u && (a.y == b.y || (std::isnan(a.y) && std::isnan(b.y)));
-  };
-  if (std::ranges::equal(samples_of(estimation), samples_of(validation), same))
-    throw InputError(validation.front().name, 0, "",
-                     "is the estimation record; validation needs data that was not fitted");
-}
-
 /// What is left of the estimation record, and of the other one if more is left of it: what shows up
 /// there only has not been told by any fit.
-std::vector<std::string> unexplained(const Fits& now, const Setting& s) {
+std::vector<std::string> unexplained(const Simulated& now, const TraceRecords& records) {
   const auto left_of = [&](const FittedModel& fit, const std::vector<Record>& pieces) {
-    return portrait(fit, pieces, one_step(fit, pieces, s.propagation()).errors, s.propagation());
+    return portrait(fit, pieces, one_step(fit, pieces, records.propagation).errors,
+                    records.propagation);
   };
-  std::vector<std::string> left = left_of(now.estimation, s.estimation);
+  std::vector<std::string> left = left_of(now.estimation, records.estimation);
   const double ratio = now.validation.mse / now.estimation.mse;
-  if (ratio < kMoreLeft) return left;
+  if (records.validation.empty() || ratio < kMoreLeft) return left;
   left.push_back(fmt::format("the validation error is {:.1f} times that of the estimation", ratio));
-  for (const std::string& text : left_of(now.validation, s.validation))
+  for (const std::string& text : left_of(now.validation, records.validation))
     left.push_back("in the validation record: " + text);
   return left;
 }
@@ -407,6 +195,29 @@ void check_fit(const FittedModel& fit, const std::vector<Record>& records, std::
     throw InputError(records.front().name, 0, "y",
                      fmt::format("{} explains {:.0f} % of it: another arm, or wrong columns?", what,
                                  std::max(0.0, fit.fit_percent)));
+}
+
+/// All that a round looked at, into the diagnosis.
+void note(const Contest& round, int number, std::vector<Candidate>& candidates) {
+  for (const Refit& refit : round.refits) {
+    Candidate candidate;
+    candidate.effect = refit.trial.effect;
+    candidate.round = number;
+    candidate.gain_percent = refit.gain_percent;
+    candidate.statistic = refit.evidence.t * refit.evidence.t;
+    candidate.p_value = refit.p_value;
+    candidate.refitted_estimation = refit.explained.estimation.all[kMiddle];
+    candidate.refitted_validation = refit.explained.validation.all[kMiddle];
+    candidate.refused_because = refit.refusal.empty() ? "another explains more" : refit.refusal;
+    candidates.push_back(candidate);
+  }
+  for (const std::string& effect : round.others) {
+    Candidate candidate;
+    candidate.effect = effect;
+    candidate.round = number;
+    candidate.refused_because = "others lower the error of predictions more";
+    candidates.push_back(candidate);
+  }
 }
 
 }  // namespace
@@ -427,36 +238,38 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
   const auto say = [&](std::string_view stage, double share) {
     if (progress) progress(stage, share);
   };
-  const Setting s{pieces_of(estimation, settings.longest_gap_s),
-                  pieces_of(validation, settings.longest_gap_s), settings};
-  check_records(estimation, validation, s);
+  const TraceRecords records = trace_records(estimation, validation, settings.propagation,
+                                             settings.longest_gap_s, settings.threads);
   Diagnosis diagnosis;
   say("base fit", 0.0);
-  diagnosis.base = base_fit(model, s.estimation, settings.propagation, settings.threads);
+  diagnosis.base = base_fit(model, records.estimation, settings.propagation, settings.threads);
   check_fit(diagnosis.base.best, estimation, "the model, fitted to it,");
-  Fits simulated{diagnosis.base.best,
-                 placed(diagnosis.base.best.model, s.validation, settings.propagation)};
-  check_fit(simulated.validation, validation,
+  diagnosis.judges = validation.empty() ? blocks_of(records.estimation).pieces : records.validation;
+  Simulated simulated{diagnosis.base.best, judged(diagnosis.base.best, records)};
+  check_fit(simulated.validation, validation.empty() ? estimation : validation,
             fmt::format("the model fitted to {}", estimation.front().name));
   diagnosis.base_validation = simulated.validation;
-  std::vector<ForesightFit> bases = bases_of(model, diagnosis.base.best.model, s);
-  Explained now = explained(bases.front(), s);
+  std::vector<ForesightFit> bases = distinct_bases(model, diagnosis.base.best.model, records);
+  Explained now = explained(bases.front().model, bases.front().x0, records, kForesightDensity);
   const Model base = now.fit.model;
   for (int round = 1; round <= settings.most_effects; ++round) {
     say(fmt::format("round {}", round), static_cast<double>(round) / (settings.most_effects + 2));
-    const std::vector<Refit> refits =
-        judged(now, bases, simulated.estimation, s, round, diagnosis.candidates);
+    const Contest found = contest(now, bases, simulated.estimation, records, kForesightDensity,
+                                  settings.acceptance);
+    note(found, round, diagnosis.candidates);
     const auto chosen =
-        std::ranges::find_if(refits, [](const Refit& r) { return r.refusal.empty(); });
-    if (chosen == refits.end()) break;
-    now = explained(fit_to_end(chosen->explained.fit.model, chosen->explained.fit.x0, s), s);
+        std::ranges::find_if(found.refits, [](const Refit& r) { return r.refusal.empty(); });
+    if (chosen == found.refits.end()) break;
+    now = explained(chosen->explained.fit.model, chosen->explained.fit.x0, records,
+                    kForesightDensity);
     bases = {now.fit};
     const double before = simulated.validation.mse;
-    simulated = placed_on_both(now.fit.model, s);
+    simulated.estimation = plain(now, records);
+    simulated.validation = judged(simulated.estimation, records);
     const std::string& effect = chosen->trial.effect;
     diagnosis.effects.push_back({effect, chosen->p_value,
                                  100.0 * (1.0 - simulated.validation.mse / before),
-                                 rivals(*chosen, refits)});
+                                 rivals(*chosen, found.refits)});
     for (Candidate& candidate : diagnosis.candidates) {
       if (candidate.effect != effect || candidate.round != round) continue;
       candidate.accepted = true;
@@ -464,8 +277,11 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
     }
   }
   say("removal", 0.9);
-  remove_idle(base, diagnosis, now, s);
-  if (!diagnosis.effects.empty()) simulated = finished(now, s);
+  remove_idle(base, diagnosis, now, records);
+  if (!diagnosis.effects.empty()) {
+    simulated.estimation = finished(now, records);
+    simulated.validation = judged(simulated.estimation, records);
+  }
   say("what is left", 0.95);
   diagnosis.after = simulated.estimation;
   diagnosis.after_validation = simulated.validation;
@@ -473,11 +289,11 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
   const auto measures = [&](const FittedModel& fit, const std::vector<Record>& pieces) {
     return measures_of(fit, pieces, angle, settings.propagation);
   };
-  diagnosis.before_estimation = measures(diagnosis.base.best, s.estimation);
-  diagnosis.before_validation = measures(diagnosis.base_validation, s.validation);
-  diagnosis.after_estimation = measures(simulated.estimation, s.estimation);
-  diagnosis.after_validation_measures = measures(simulated.validation, s.validation);
-  diagnosis.unexplained = unexplained(simulated, s);
+  diagnosis.before_estimation = measures(diagnosis.base.best, records.estimation);
+  diagnosis.before_validation = measures(diagnosis.base_validation, diagnosis.judges);
+  diagnosis.after_estimation = measures(simulated.estimation, records.estimation);
+  diagnosis.after_validation_measures = measures(simulated.validation, diagnosis.judges);
+  diagnosis.unexplained = unexplained(simulated, records);
   if (!diagnosis.effects.empty()) {
     diagnosis.verdict = Verdict::kFound;
   } else if (!diagnosis.unexplained.empty()) {

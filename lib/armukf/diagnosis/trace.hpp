@@ -50,7 +50,8 @@ std::string_view name_of(Verdict verdict);
 struct Diagnosis {
   BaseFit base;
   FittedModel after;  // on the pieces of the estimation records
-  FittedModel base_validation;
+  std::vector<Record> judges;  // pieces of the validation records, or the blocks left out in turn
+  FittedModel base_validation;  // on these
   FittedModel after_validation;
   Measures before_estimation, before_validation, after_estimation, after_validation_measures;
   std::vector<FoundEffect> effects;
@@ -75,10 +76,11 @@ using TraceProgress = std::function<void(std::string_view stage, double share)>;
 bool does_as_well(double mse, double other, double share);
 
 /// Finds what the model lacks: fits it to what it foretells of the estimation records, refits with
-/// every effect of the catalogue, judges the best of them by predictions from past measurements of
-/// both records (AcceptanceSettings), and adds the one that explains most; then again on top of it.
-/// At the end each effect found is tried for removal. Each piece of a record between its
-/// gaps (pieces_of) counts as a record of its own.
+/// every effect of the catalogue, judges the best of them by predictions from past measurements
+/// (AcceptanceSettings), and adds the one that explains most; then again on top of it. At the end
+/// each effect found is tried for removal. Predictions are of blocks of the estimation records by a
+/// model that was fitted without them, and of the validation records where there are any. Each piece
+/// of a record between its gaps (pieces_of) counts as a record of its own.
 ///
 /// Throws InputError where records are too short, excite too little, or are of another arm, and
 /// where both are the same.

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "armukf/batch/gains.hpp"
+#include "armukf/core/record.hpp"
+#include "armukf/diagnosis/foresight.hpp"
+#include "armukf/diagnosis/trial.hpp"
+
+namespace armukf {
+
+/// A trial with the sizes, and where its effect repeats with an angle, the initial angles, that one
+/// linearised step from no effect suggests.
+struct Suggestion {
+  double share = 0.0;  // of the squared innovations that the step would take away
+  Model model;         // sizes no smaller than a third and no larger than three times their scale
+  StatesOfPieces x0;
+};
+
+/// Score tests one sample ahead: the innovations of a model on the sensitivity of the prediction to
+/// a trial's sizes, after both have lost what the free parameters could explain. Where ScoreTest
+/// judges, this only tells where a fit of an effect had better begin.
+class AheadScore {
+ public:
+  /// All arguments must outlive this.
+  AheadScore(const ForesightFit& base, const std::vector<Record>& pieces,
+             const Propagation& propagation);
+
+  /// trial: of the base's model or of one with the same parameters.
+  Suggestion operator()(const Trial& trial) const;
+
+ private:
+  Eigen::MatrixXd columns_of(const Model& model, const StatesOfPieces& x0,
+                             const std::vector<int>& sizes) const;
+
+  const ForesightFit& base_;
+  const std::vector<Record>& pieces_;
+  const Propagation& propagation_;
+  std::vector<Gains> gains_;
+  Eigen::MatrixXd explained_;  // orthonormal columns: what the base model's parameters explain
+  Eigen::VectorXd error_;      // innovations over their deviations, without that
+};
+
+}  // namespace armukf
