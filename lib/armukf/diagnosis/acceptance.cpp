@@ -10,22 +10,19 @@
 namespace armukf {
 namespace {
 
-double fall_of_logarithms(const Witness& w) {
-  double sum = 0.0;
-  for (std::size_t h = 0; h < kHorizons.size(); ++h)
-    sum += std::log(w.before.all[h] / w.after.all[h]);
-  return std::isfinite(sum) ? sum : -kInfinite;
-}
-
 bool mostly_better(const Witness& w, Horizon horizon, const AcceptanceSettings& s) {
   return w.better_blocks(horizon) >= s.least_blocks * w.blocks(horizon);
+}
+
+bool helps_soon(const Witness& w, const AcceptanceSettings& s) {
+  return w.help(kMiddle) >= s.middle_help && mostly_better(w, kMiddle, s);
 }
 
 std::string refusal_by(const Witness& w, const AcceptanceSettings& s) {
   if (!(w.help(kNear) >= -s.near_harm))
     return fmt::format("makes predictions over {} samples of {} worse by {:.1f} %", kHorizons[kNear],
                        w.what, -100.0 * w.help(kNear));
-  if (w.help(kMiddle) >= s.middle_help && mostly_better(w, kMiddle, s)) return "";
+  if (helps_soon(w, s)) return "";
   if (w.help(kFar) >= s.far_help && mostly_better(w, kFar, s) &&
       w.help(kMiddle) >= -s.most_harm)
     return "";
@@ -51,10 +48,18 @@ int Witness::blocks(Horizon horizon) const {
       std::ranges::count_if(before.blocks[horizon], [](double mse) { return mse > 0.0; }));
 }
 
-double Evidence::merit() const {
+double Evidence::merit(Horizon horizon) const {
   double sum = 0.0;
-  for (const Witness& witness : witnesses) sum += fall_of_logarithms(witness);
-  return sum;
+  for (const Witness& w : witnesses)
+    for (const int h : {horizon - 1, static_cast<int>(horizon)})
+      sum += std::log(w.before.all[h] / w.after.all[h]);
+  return std::isfinite(sum) ? sum : -kInfinite;
+}
+
+Horizon shows_at(const Evidence& e, const AcceptanceSettings& s) {
+  return std::ranges::all_of(e.witnesses, [&](const Witness& w) { return helps_soon(w, s); })
+             ? kMiddle
+             : kFar;
 }
 
 std::string refusal(const Evidence& e, const AcceptanceSettings& s) {

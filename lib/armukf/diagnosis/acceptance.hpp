@@ -41,12 +41,16 @@ struct Evidence {
   double drift = 1.0;  // times, the most that a parameter moved which was known before
   std::vector<Witness> witnesses;
 
-  /// Of two explanations the one with more of it goes first: the fall of the errors' logarithms
-  /// over horizons and witnesses.
-  double merit() const;
+  /// Of two explanations that show at a horizon the one with more of it goes first: the fall of the
+  /// errors' logarithms there and at the one before, over all witnesses.
+  double merit(Horizon horizon) const;
 };
 
 /// Why that does not count as found; empty where it does.
 std::string refusal(const Evidence& evidence, const AcceptanceSettings& settings);
+
+/// Of what is not refused: the horizon at which it shows. What shows at the middle one is of the
+/// fast dynamics, which are to be right before slow effects are looked at.
+Horizon shows_at(const Evidence& evidence, const AcceptanceSettings& settings);
 
 }  // namespace armukf

@@ -23,6 +23,7 @@ constexpr int kSecond = 4;     // more, from the best
 constexpr std::size_t kFollowed = 2;  // starts of an effect
 constexpr std::size_t kRefits = 12;   // effects of a round that are fitted to the end and judged
 constexpr double kScatterFreedom = 2.0 * kForesightBlocks - 1.0;  // of ForesightFit::sd
+constexpr double kSameLevel = 0.02;     // of two minima
 constexpr double kPerParameter = 0.03;  // of the merit, the price of each further parameter
 
 ForesightFit renewed(const ForesightFit& start, const TraceRecords& records, double density,
@@ -41,6 +42,35 @@ Explained with_errors(ForesightFit fit, const TraceRecords& records) {
         records.validation, records.propagation);
   result.fit = std::move(fit);
   return result;
+}
+
+/// The model with only those unknown that `more` has and `fewer` lacks.
+Model only_new_unknown(const Model& more, const Model& fewer) {
+  Model model = more;
+  for (std::size_t i = 0; i < fewer.parameters.size(); ++i)
+    if (!fewer.parameters[i].known) model.parameters[i].known = true;
+  return model;
+}
+
+/// What comes out of a fit of an effect alone, as if all unknowns of `model` had been in it: those of
+/// `now` as they were, also where a block is left out.
+void complete(const Model& model, const ForesightFit& now, ForesightFit& fit) {
+  const std::vector<int> fitted = fit.model.unknowns();
+  std::vector<double> sd;
+  for (const int i : model.unknowns()) {
+    const auto at = std::ranges::find(fitted, i) - fitted.begin();
+    sd.push_back(at < static_cast<std::ptrdiff_t>(fit.sd.size()) ? fit.sd[at] : 0.0);
+  }
+  fit.sd = sd;
+  for (std::size_t i = 0; i < model.parameters.size(); ++i) {
+    const bool before = i < now.model.parameters.size() && !now.model.parameters[i].known;
+    fit.model.parameters[i].known = model.parameters[i].known;
+    for (std::size_t block = 0; block < fit.left_out.size(); ++block) {
+      Parameter& p = fit.left_out[block].parameters[i];
+      p.known = model.parameters[i].known;
+      if (before) p.value = now.left_out[block].parameters[i].value;
+    }
+  }
 }
 
 /// Twice, since the gains of the first are those of where it began.
@@ -93,8 +123,20 @@ std::vector<Start> starts_on(const ForesightFit& base, const std::vector<Trial>&
   return starts;
 }
 
+/// A model of `now` with an effect, fitted from there on.
+ForesightFit fit_on(const Explained& now, const Model& model, const StatesOfPieces& x0,
+                    const std::vector<Record>& pieces, const TraceRecords& records, double density,
+                    int iterations, bool judged = false) {
+  if (density > 0.0)
+    return fit_foresight(model, x0, pieces, records.propagation, density, iterations, judged);
+  ForesightFit fit = fit_foresight(only_new_unknown(model, now.fit.model), x0, pieces,
+                                   records.propagation, density, iterations, judged);
+  complete(model, now.fit, fit);
+  return fit;
+}
+
 /// Every effect from its most promising starts on each base; the best of each, most promising first.
-std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
+std::vector<Begun> begun_fits(const Explained& now, const std::vector<Trial>& trials,
                               const std::vector<ForesightFit>& bases, const TraceRecords& records,
                               double density) {
   const std::vector<Record> halves = first_halves(records.estimation);
@@ -109,13 +151,14 @@ std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
   };
   for_each_job(records.threads, static_cast<int>(begun.size()), [&](int i) {
     const Suggestion& from = starts[i].suggestion;
-    begun[i] = {starts[i].trial, fit_foresight(from.model, from.x0, halves, records.propagation,
-                                               density, kFirst)};
+    begun[i] = {starts[i].trial,
+                fit_on(now, from.model, from.x0, halves, records, density, kFirst)};
     begun[i].level = level(begun[i].fit, halves);
   });
   keep_best(begun, kFollowed);
   for_each_job(records.threads, static_cast<int>(begun.size()), [&](int i) {
-    begun[i].fit = renewed(begun[i].fit, records, density, kSecond, false);
+    begun[i].fit = fit_on(now, begun[i].fit.model, begun[i].fit.x0, records.estimation, records,
+                          density, kSecond);
     begun[i].level = level(begun[i].fit, records.estimation);
   });
   keep_best(begun, 1);
@@ -136,11 +179,9 @@ void weigh(const Trial& trial, const Model& before, const ForesightFit& fit, Evi
   }
 }
 
-Refit judged(const Begun& begun, const Explained& now, double looks, const TraceRecords& records,
-             double density, const AcceptanceSettings& acceptance) {
-  Refit refit;
-  refit.trial = *begun.trial;
-  refit.explained = with_errors(renewed(begun.fit, records, density, kLong / 3, true), records);
+/// Against what is to be surpassed.
+void judge(const Explained& now, const TraceRecords& records, double looks,
+           const AcceptanceSettings& acceptance, Refit& refit) {
   const ForesightFit& fit = refit.explained.fit;
   Evidence& evidence = refit.evidence;
   evidence.witnesses.push_back(
@@ -149,14 +190,32 @@ Refit judged(const Begun& begun, const Explained& now, double looks, const Trace
     evidence.witnesses.push_back(
         {"the validation record", now.validation, refit.explained.validation});
   weigh(refit.trial, now.fit.model, fit, evidence);
-  const auto more = static_cast<double>(fit.model.unknowns().size()) -
-                    static_cast<double>(now.fit.model.unknowns().size());
-  refit.merit = evidence.merit() * (1.0 - kPerParameter * (more - 1.0));
   refit.p_value =
       std::min(1.0, looks * hotelling_tail(evidence.t * evidence.t, 1.0, kScatterFreedom));
+  refit.parameters = static_cast<int>(fit.model.unknowns().size()) -
+                     static_cast<int>(now.fit.model.unknowns().size());
   refit.gain_percent = 100.0 * (1.0 - fit.cost / now.fit.cost);
   refit.refusal = refusal(evidence, acceptance);
-  return refit;
+  refit.shows_at = shows_at(evidence, acceptance);
+}
+
+/// A better minimum of the model, if an effect that was tried has led to one.
+void improve(Explained& now, const std::vector<Refit>& refits, const TraceRecords& records) {
+  constexpr std::size_t kTried = 3;
+  std::vector<Model> starts;
+  for (const Refit& refit : refits) {
+    Model& start = starts.emplace_back(now.fit.model);
+    for (std::size_t i = 0; i < start.parameters.size(); ++i)
+      if (!start.parameters[i].known)
+        start.parameters[i].value = refit.explained.fit.model.parameters[i].value;
+    if (starts.size() == kTried) break;
+  }
+  std::vector<Explained> found(starts.size());
+  for_each_job(records.threads, static_cast<int>(starts.size()), [&](int i) {
+    found[i] = explained(starts[i], now.fit.x0, records, kForesightDensity);
+  });
+  for (Explained& other : found)
+    if (other.estimation.level() < now.estimation.level() - kSameLevel) now = std::move(other);
 }
 
 }  // namespace
@@ -166,47 +225,72 @@ Explained explained(const Model& model, const StatesOfPieces& x0, const TraceRec
   return with_errors(fit_to_end(model, x0, records, density, true), records);
 }
 
-std::vector<ForesightFit> distinct_bases(const Model& model, const Model& fitted_model,
-                                         const TraceRecords& records) {
-  constexpr double kSameMinimum = 0.02;  // of the level
+Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords& records) {
   Model soft = model;
   for (const auto& [name, factor] : soft_start())
     if (Parameter& p = soft.parameter(name); !p.known) p.value *= factor;
   const std::vector<Model> starts{fitted_model, model, soft};
-  std::vector<ForesightFit> fits(starts.size());
+  std::vector<Explained> minima(starts.size());
   for_each_job(records.threads, static_cast<int>(starts.size()), [&](int i) {
-    fits[i] = fit_to_end(starts[i], {}, records, kForesightDensity, false);
+    minima[i] = explained(starts[i], {}, records, kForesightDensity);
   });
-  const auto level = [&](const ForesightFit& fit) {
-    return foresight_errors(fit.model, fit.x0, records.estimation, records.propagation).level();
-  };
-  std::ranges::stable_sort(fits, {}, level);
-  const auto same = std::ranges::unique(fits, [&](const ForesightFit& a, const ForesightFit& b) {
-    return level(b) < level(a) + kSameMinimum;
-  });
-  fits.erase(same.begin(), same.end());
+  const auto level = [](const Explained& e) { return e.estimation.level(); };
+  std::ranges::stable_sort(minima, {}, level);
+  const auto same =
+      std::ranges::unique(minima, [&](const Explained& a, const Explained& b) {
+        return level(b) < level(a) + kSameLevel || !std::isfinite(b.fit.cost);
+      });
+  minima.erase(same.begin(), same.end());
+  Bases bases{minima.front(), {}};
+  for (const Explained& minimum : minima) bases.all.push_back(minimum.fit);
   for (const Model* given : {&model, &fitted_model})
-    fits.push_back(fit_foresight(*given, {}, records.estimation, records.propagation,
-                                 kForesightDensity, 0));
-  return fits;
+    bases.all.push_back(fit_foresight(*given, {}, records.estimation, records.propagation,
+                                      kForesightDensity, 0));
+  return bases;
 }
 
-Contest contest(const Explained& now, const std::vector<ForesightFit>& bases,
+double Refit::merit() const {
+  return evidence.merit(shows_at) *
+         (1.0 - kPerParameter * (parameters - 1.0));
+}
+
+const Refit* best_found(const std::vector<Refit>& refits) {
+  const Refit* best = nullptr;
+  for (const Refit& refit : refits) {
+    if (!refit.refusal.empty()) continue;
+    if (best == nullptr || refit.shows_at < best->shows_at ||
+        (refit.shows_at == best->shows_at && refit.merit() > best->merit()))
+      best = &refit;
+  }
+  return best;
+}
+
+Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
                 const FittedModel& simulated, const TraceRecords& records, double density,
                 const AcceptanceSettings& acceptance) {
   const std::vector<Trial> trials =
       trials_for(now.fit.model, suggested_by(simulated, records.estimation, records.propagation));
   double looks = 0.0;
   for (const Trial& trial : trials) looks += trial.looks;
-  const std::vector<Begun> begun = begun_fits(trials, bases, records, density);
+  const std::vector<Begun> begun = begun_fits(now, trials, bases, records, density);
   Contest result;
   result.refits.resize(std::min(begun.size(), kRefits));
   for_each_job(records.threads, static_cast<int>(result.refits.size()), [&](int i) {
-    result.refits[i] = judged(begun[i], now, looks, records, density, acceptance);
+    Refit& refit = result.refits[i];
+    refit.trial = *begun[i].trial;
+    refit.density = density;
+    refit.explained = with_errors(fit_on(now, begun[i].fit.model, begun[i].fit.x0,
+                                         records.estimation, records, density, kLong / 3, true),
+                                  records);
   });
+  const auto level = [](const Refit& r) { return r.explained.estimation.level(); };
+  std::ranges::stable_sort(result.refits, {}, level);
+  if (bases.size() > 1) improve(now, result.refits, records);
+  for (Refit& refit : result.refits) judge(now, records, looks, acceptance, refit);
   for (std::size_t i = result.refits.size(); i < begun.size(); ++i)
     result.others.push_back(begun[i].trial->effect);
-  std::ranges::stable_sort(result.refits, std::greater{}, &Refit::merit);
+  std::ranges::stable_sort(result.refits, std::greater{},
+                           [](const Refit& r) { return r.merit(); });
   return result;
 }
 

@@ -22,34 +22,51 @@ struct Explained {
 Explained explained(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
                     double density);
 
-/// What effects are tried on top of at first. Minima of the model, the best first: from the plain
-/// fit's values, from those of the model, and from a soft arm; then the first two of these as they
-/// are, since in every minimum the arm may stand in for what is missing.
-std::vector<ForesightFit> distinct_bases(const Model& model, const Model& fitted_model,
-                                         const TraceRecords& records);
+/// What effects are tried on top of at first.
+struct Bases {
+  Explained best;
+  std::vector<ForesightFit> all;
+};
+
+/// Minima of the model, from the plain fit's values, from those of the model, and from a soft arm,
+/// the best first; then the first two of these as they are, since in every minimum the arm may stand
+/// in for what is missing.
+Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords& records);
 
 /// An effect, fitted on top of a model.
 struct Refit {
   Trial trial;
+  double density = kForesightDensity;  // that it was fitted at
   Explained explained;
   Evidence evidence;
-  double merit = 0.0;
+  int parameters = 1;    // that it adds to the unknowns
   double p_value = 1.0;  // of its size over its deviation, corrected for all that was looked at
   double gain_percent = 0.0;  // of the cost
   std::string refusal;        // empty: it counts as found
+  Horizon shows_at = kFar;
+
+  /// With a price for each parameter beyond the first.
+  double merit() const;
 };
+
+/// The one that counts as found and that goes first: what shows soon before what shows late, and of
+/// these the one of most merit. Null if nothing counts.
+const Refit* best_found(const std::vector<Refit>& refits);
 
 /// What a round has looked at.
 struct Contest {
-  std::vector<Refit> refits;        // fitted to the end and judged, most merit first
+  std::vector<Refit> refits;        // fitted to the end and judged, most promising first
   std::vector<std::string> others;  // effects that were only begun
 };
 
 /// Tries every effect of the catalogue that the model lacks on top of each base, from where score
 /// tests suggest, a few iterations; goes on with the better ones, and judges the most promising.
-/// now: what is to be surpassed. simulated: the model as a plain simulation, whose residual
-/// suggests harmonics and frequencies.
-Contest contest(const Explained& now, const std::vector<ForesightFit>& bases,
+/// now: what is to be surpassed; with several bases it changes to a better minimum of the same model
+/// where an effect has led to one. simulated: the model as a plain simulation, whose residual
+/// suggests harmonics and frequencies. density: kForesightDensity, where all unknowns are fitted
+/// together with the effect's own, or kSimulated, where these are fitted alone: what drifts under a
+/// torque noise is no reason to change what the predictions have told.
+Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
                 const FittedModel& simulated, const TraceRecords& records, double density,
                 const AcceptanceSettings& acceptance);
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <map>
 #include <optional>
 
 #include "armukf/batch/pieces.hpp"
@@ -38,20 +40,24 @@ std::vector<std::string> rivals(const Refit& chosen, const std::vector<Refit>& r
   for (const Refit& refit : refits) {
     const std::string name = family_of(refit.trial.effect);
     if (name == family_of(chosen.trial.effect)) continue;
-    if (refit.merit < kNearlyAsGood * chosen.merit) continue;
+    if (refit.evidence.merit(chosen.shows_at) < kNearlyAsGood * chosen.evidence.merit(chosen.shows_at)) continue;
     if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
   return names;
 }
 
-/// The model with one effect taken out: the rest as it is in `full`, and known what `base` knows.
+/// The model with one effect taken out, the rest as it is in `full`.
 Model without(const Model& full, const Model& base, const std::string& effect,
               const std::vector<FoundEffect>& effects) {
   Model model = base;
   for (const FoundEffect& other : effects)
     if (other.effect != effect) model.add_effect(other.effect);
-  for (Parameter& p : model.parameters)
-    if (!p.known) p.value = full.parameter(p.name).value;
+  for (Parameter& p : model.parameters) {
+    const Parameter& as_it_is = full.parameter(p.name);
+    if (p.known) continue;  // also what only that effect had set free
+    p.value = as_it_is.value;
+    p.known = as_it_is.known;
+  }
   return model;
 }
 
@@ -139,12 +145,44 @@ FittedModel plain(const Explained& now, const TraceRecords& records) {
   return placed(now.fit.model, records.estimation, records.propagation);
 }
 
+/// Parameters that were told by the plain simulation, with their deviations, and are kept as they
+/// are while predictions tell the others.
+using Held = std::map<std::string, double>;
+
+/// The slow effect is found: what it brought is held from now on.
+void hold(const Refit& slow, const Model& before, ForesightFit& fit, Held& held) {
+  const std::vector<int> unknowns = slow.explained.fit.model.unknowns();
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    Parameter& p = fit.model.parameters[unknowns[i]];
+    const bool new_one = unknowns[i] >= static_cast<int>(before.parameters.size()) ||
+                         before.parameters[unknowns[i]].known;
+    if (!new_one) continue;
+    p.known = true;
+    held[p.name] = slow.explained.fit.sd[i];
+  }
+}
+
+/// All unknowns with what is known of them.
+FittedModel with_deviations(FittedModel simulated, const ForesightFit& fit, const Held& held) {
+  const std::vector<int> unknowns = fit.model.unknowns();
+  for (std::size_t i = 0; i < simulated.model.parameters.size(); ++i) {
+    Parameter& p = simulated.model.parameters[i];
+    const auto at = std::ranges::find(unknowns, static_cast<int>(i)) - unknowns.begin();
+    const auto kept = held.find(p.name);
+    if (kept == held.end() && p.known) continue;
+    const double sd = kept != held.end() ? kept->second : fit.sd[at];
+    p.known = false;
+    simulated.parameters.push_back({static_cast<int>(i), p.value, sd, sd, false});
+  }
+  return simulated;
+}
+
 /// The completed model as a simulation: with the values that foretell best, or fitted once more as
 /// a plain simulation, whichever foretells better over the far horizon what it was not fitted to.
-FittedModel finished(const Explained& now, const TraceRecords& records) {
-  const FittedModel as_it_is = plain(now, records);
-  FittedModel refitted =
-      fitted(now.fit.model, as_it_is.x0, records.estimation, records.propagation, kLong);
+FittedModel finished(const Explained& now, const Held& held, const TraceRecords& records) {
+  const FittedModel as_it_is = with_deviations(plain(now, records), now.fit, held);
+  const FittedModel refitted =
+      fitted(as_it_is.model, as_it_is.x0, records.estimation, records.propagation, kLong);
   const Explained simulated = explained(refitted.model, now.fit.x0, records, kSimulated);
   const auto far = [&](const Explained& e) {
     return (records.validation.empty() ? e.estimation : e.validation).all[kFar];
@@ -198,7 +236,8 @@ void check_fit(const FittedModel& fit, const std::vector<Record>& records, std::
 }
 
 /// All that a round looked at, into the diagnosis.
-void note(const Contest& round, int number, std::vector<Candidate>& candidates) {
+void note(const Contest& round, const Refit* chosen, int number,
+          std::vector<Candidate>& candidates) {
   for (const Refit& refit : round.refits) {
     Candidate candidate;
     candidate.effect = refit.trial.effect;
@@ -208,7 +247,10 @@ void note(const Contest& round, int number, std::vector<Candidate>& candidates) 
     candidate.p_value = refit.p_value;
     candidate.refitted_estimation = refit.explained.estimation.all[kMiddle];
     candidate.refitted_validation = refit.explained.validation.all[kMiddle];
-    candidate.refused_because = refit.refusal.empty() ? "another explains more" : refit.refusal;
+    candidate.accepted = &refit == chosen;
+    candidate.refused_because = refit.refusal;
+    if (refit.refusal.empty() && !candidate.accepted)
+      candidate.refused_because = "another explains more";
     candidates.push_back(candidate);
   }
   for (const std::string& effect : round.others) {
@@ -249,19 +291,27 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
   check_fit(simulated.validation, validation.empty() ? estimation : validation,
             fmt::format("the model fitted to {}", estimation.front().name));
   diagnosis.base_validation = simulated.validation;
-  std::vector<ForesightFit> bases = distinct_bases(model, diagnosis.base.best.model, records);
-  Explained now = explained(bases.front().model, bases.front().x0, records, kForesightDensity);
+  const Bases first = bases_of(model, diagnosis.base.best.model, records);
+  std::vector<ForesightFit> bases = first.all;
+  Explained now = first.best;
   const Model base = now.fit.model;
+  Held held;
   for (int round = 1; round <= settings.most_effects; ++round) {
     say(fmt::format("round {}", round), static_cast<double>(round) / (settings.most_effects + 2));
-    const Contest found = contest(now, bases, simulated.estimation, records, kForesightDensity,
-                                  settings.acceptance);
-    note(found, round, diagnosis.candidates);
-    const auto chosen =
-        std::ranges::find_if(found.refits, [](const Refit& r) { return r.refusal.empty(); });
-    if (chosen == found.refits.end()) break;
-    now = explained(chosen->explained.fit.model, chosen->explained.fit.x0, records,
-                    kForesightDensity);
+    Contest found = contest(now, bases, simulated.estimation, records, kForesightDensity,
+                            settings.acceptance);
+    const Refit* chosen = best_found(found.refits);
+    if (chosen == nullptr || chosen->shows_at == kFar) {
+      Contest slow =
+          contest(now, {now.fit}, simulated.estimation, records, kSimulated, settings.acceptance);
+      std::ranges::move(slow.refits, std::back_inserter(found.refits));
+      chosen = best_found(found.refits);
+    }
+    note(found, chosen, round, diagnosis.candidates);
+    if (chosen == nullptr) break;
+    ForesightFit fit = chosen->explained.fit;
+    if (chosen->density == kSimulated) hold(*chosen, now.fit.model, fit, held);
+    now = explained(fit.model, fit.x0, records, kForesightDensity);
     bases = {now.fit};
     const double before = simulated.validation.mse;
     simulated.estimation = plain(now, records);
@@ -270,16 +320,11 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
     diagnosis.effects.push_back({effect, chosen->p_value,
                                  100.0 * (1.0 - simulated.validation.mse / before),
                                  rivals(*chosen, found.refits)});
-    for (Candidate& candidate : diagnosis.candidates) {
-      if (candidate.effect != effect || candidate.round != round) continue;
-      candidate.accepted = true;
-      candidate.refused_because.clear();
-    }
   }
   say("removal", 0.9);
   remove_idle(base, diagnosis, now, records);
   if (!diagnosis.effects.empty()) {
-    simulated.estimation = finished(now, records);
+    simulated.estimation = finished(now, held, records);
     simulated.validation = judged(simulated.estimation, records);
   }
   say("what is left", 0.95);
