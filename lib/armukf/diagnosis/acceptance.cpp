@@ -14,24 +14,29 @@ bool mostly_better(const Witness& w, Horizon horizon, const AcceptanceSettings& 
   return w.better_blocks(horizon) >= s.least_blocks * w.blocks(horizon);
 }
 
-bool helps_soon(const Witness& w, const AcceptanceSettings& s) {
-  return w.help(kMiddle) >= s.middle_help && mostly_better(w, kMiddle, s);
+bool helps_at(Horizon horizon, const Witness& w, const AcceptanceSettings& s) {
+  const double least = horizon == kMiddle ? s.middle_help : s.far_help;
+  if (!(w.help(horizon) >= least && mostly_better(w, horizon, s))) return false;
+  for (int shorter = kMiddle; shorter < horizon; ++shorter)
+    if (!(w.help(static_cast<Horizon>(shorter)) >= -s.most_harm)) return false;
+  return true;
+}
+
+bool helps(const Witness& w, const AcceptanceSettings& s) {
+  return helps_at(kMiddle, w, s) || helps_at(kFar, w, s) || helps_at(kLast, w, s);
 }
 
 std::string refusal_by(const Witness& w, const AcceptanceSettings& s) {
   if (!(w.help(kNear) >= -s.near_harm))
     return fmt::format("makes predictions over {} samples of {} worse by {:.1f} %", kHorizons[kNear],
                        w.what, -100.0 * w.help(kNear));
-  if (helps_soon(w, s)) return "";
-  if (w.help(kFar) >= s.far_help && mostly_better(w, kFar, s) &&
-      w.help(kMiddle) >= -s.most_harm)
-    return "";
-  return fmt::format(
-      "lowers the error of predictions of {} by {:.1f} % over {} samples ({} of {} blocks) and "
-      "{:.1f} % over {} ({} of {}), which is not beyond chance",
-      w.what, 100.0 * w.help(kMiddle), kHorizons[kMiddle], w.better_blocks(kMiddle),
-      w.blocks(kMiddle), 100.0 * w.help(kFar), kHorizons[kFar], w.better_blocks(kFar),
-      w.blocks(kFar));
+  if (helps(w, s)) return "";
+  std::string found;
+  for (const Horizon h : {kMiddle, kFar, kLast})
+    found += fmt::format("{}{:.1f} % over {} samples ({} of {} blocks)", h == kMiddle ? "" : ", ",
+                         100.0 * w.help(h), kHorizons[h], w.better_blocks(h), w.blocks(h));
+  return fmt::format("lowers the error of predictions of {} by {}, which is not beyond chance",
+                     w.what, found);
 }
 
 }  // namespace
@@ -57,16 +62,15 @@ double Evidence::merit(Horizon horizon) const {
 }
 
 Horizon shows_at(const Evidence& e, const AcceptanceSettings& s) {
-  return std::ranges::all_of(e.witnesses, [&](const Witness& w) { return helps_soon(w, s); })
-             ? kMiddle
-             : kFar;
+  for (const Horizon h : {kMiddle, kFar})
+    if (std::ranges::all_of(e.witnesses, [&](const Witness& w) { return helps_at(h, w, s); }))
+      return h;
+  return kLast;
 }
 
 std::string refusal(const Evidence& e, const AcceptanceSettings& s) {
-  if (!(std::abs(e.t) >= s.least_t))
-    return fmt::format("its size is {:.1f} deviations from none", std::abs(e.t));
-  if (!(e.drift <= s.most_drift))
-    return fmt::format("moves a known parameter {:.1f} times, which is another law", e.drift);
+  if (!(e.chance <= s.most_chance))
+    return fmt::format("a size as far from none has a chance of {:.2g}", e.chance);
   for (const Witness& witness : e.witnesses)
     if (std::string reason = refusal_by(witness, s); !reason.empty()) return reason;
   return "";

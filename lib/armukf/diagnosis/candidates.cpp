@@ -165,18 +165,14 @@ std::vector<Begun> begun_fits(const Explained& now, const std::vector<Trial>& tr
   return begun;
 }
 
-/// How many deviations the effect's largest size is from none, and how far it moved what was known.
-void weigh(const Trial& trial, const Model& before, const ForesightFit& fit, Evidence& evidence) {
-  const std::vector<int> unknowns = fit.model.unknowns();
+/// How far the effect is from none.
+Distance distance_from_none(const Trial& trial, const Model& before, const ForesightFit& fit) {
+  std::vector<double> none;
   for (const int i : trial.sizes) {
     const bool was_known = i < static_cast<int>(before.parameters.size());
-    const double none = was_known ? before.parameters[i].value : 0.0;
-    const double value = fit.model.parameters[i].value;
-    const auto at = std::ranges::find(unknowns, i) - unknowns.begin();
-    evidence.t = std::max(evidence.t, std::abs(value - none) / fit.sd[at]);
-    if (was_known && value > 0.0 && none > 0.0)
-      evidence.drift = std::max({evidence.drift, value / none, none / value});
+    none.push_back(was_known ? before.parameters[i].value : 0.0);
   }
+  return distance(fit, trial.sizes, none);
 }
 
 /// Against what is to be surpassed.
@@ -189,9 +185,11 @@ void judge(const Explained& now, const TraceRecords& records, double looks,
   if (!records.validation.empty())
     evidence.witnesses.push_back(
         {"the validation record", now.validation, refit.explained.validation});
-  weigh(refit.trial, now.fit.model, fit, evidence);
-  refit.p_value =
-      std::min(1.0, looks * hotelling_tail(evidence.t * evidence.t, 1.0, kScatterFreedom));
+  const Distance from_none = distance_from_none(refit.trial, now.fit.model, fit);
+  evidence.statistic = from_none.squared;
+  if (from_none.directions > 0)
+    evidence.chance = hotelling_tail(from_none.squared, from_none.directions, kScatterFreedom);
+  refit.p_value = std::min(1.0, looks * evidence.chance);
   refit.parameters = static_cast<int>(fit.model.unknowns().size()) -
                      static_cast<int>(now.fit.model.unknowns().size());
   refit.gain_percent = 100.0 * (1.0 - fit.cost / now.fit.cost);

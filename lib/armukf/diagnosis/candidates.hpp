@@ -43,7 +43,7 @@ struct Refit {
   double p_value = 1.0;  // of its size over its deviation, corrected for all that was looked at
   double gain_percent = 0.0;  // of the cost
   std::string refusal;        // empty: it counts as found
-  Horizon shows_at = kFar;
+  Horizon shows_at = kLast;
 
   /// With a price for each parameter beyond the first.
   double merit() const;

@@ -1,6 +1,8 @@
 #include "armukf/diagnosis/foresight.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -44,7 +46,7 @@ Eigen::Index first_row(Eigen::Index rows, int part, int parts) { return rows * p
 /// of the other parts; and the models without a block each: a Gauss-Newton step on the others.
 void judge(const OutputError& error, const Variables& variables, const Minimum& minimum,
            ForesightFit& fit) {
-  constexpr double kRidge = 1e-4;  // of each variable's information: steers what no row tells
+  constexpr double kRidge = 1e-3;  // of each variable's information: steers what no row tells
   fit.sd.assign(error.unknowns(), kInfinite);
   fit.left_out.assign(kForesightBlocks, fit.model);
   const OutputError::Evaluation at = error.evaluate(minimum.z.data());
@@ -57,22 +59,20 @@ void judge(const OutputError& error, const Variables& variables, const Minimum& 
     return at.J.middleRows(first, count).transpose() * at.r.segment(first, count);
   };
   const Eigen::MatrixXd inverse = inverse_information(at.J);
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(n, n);
-  for (int part = 0; part < kParts; ++part) {
-    const Eigen::VectorXd slope = slope_of(part, kParts);
-    sum += slope * slope.transpose();
-  }
-  const Eigen::MatrixXd covariance = inverse * sum * inverse * kParts / (kParts - 1.0);
+  fit.slopes.resize(n, kParts);
+  for (int part = 0; part < kParts; ++part) fit.slopes.col(part) = slope_of(part, kParts);
+  const Eigen::MatrixXd covariance =
+      inverse * fit.slopes * fit.slopes.transpose() * inverse * kParts / (kParts - 1.0);
   for (int i = 0; i < error.unknowns(); ++i) fit.sd[i] = std::sqrt(covariance(i, i));
 
-  const Eigen::MatrixXd information = at.J.transpose() * at.J;
+  fit.information = at.J.transpose() * at.J;
   const Eigen::VectorXd scale =
-      information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+      fit.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::VectorXd slope = at.J.transpose() * at.r;
   for (int block = 0; block < kForesightBlocks; ++block) {
     const Eigen::Index first = first_row(rows, block, kForesightBlocks);
     const auto its = at.J.middleRows(first, first_row(rows, block + 1, kForesightBlocks) - first);
-    Eigen::MatrixXd rest = scale.asDiagonal() * (information - its.transpose() * its).eval() *
+    Eigen::MatrixXd rest = scale.asDiagonal() * (fit.information - its.transpose() * its).eval() *
                            scale.asDiagonal();
     rest.diagonal().array() += kRidge;
     const Eigen::VectorXd step =
@@ -120,7 +120,10 @@ ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
       density > 0.0 ? foresight_gains(model, start, pieces, propagation, density) : std::vector<Gains>{});
   const Variables variables = error.variables_of_model(start);
   const Minimum minimum = search(error, variables, kInfinite, {iterations, kTolerance});
-  ForesightFit fit{error.model_at(minimum.z.data()), {}, minimum.cost, {}, {}};
+  ForesightFit fit;
+  fit.model = error.model_at(minimum.z.data());
+  fit.cost = minimum.cost;
+  fit.fitted = model.unknowns();
   for (std::size_t e = 0; e < pieces.size(); ++e)
     fit.x0.push_back(error.initial_states_at(minimum.z.data(), static_cast<int>(e)));
   if (judged) judge(error, variables, minimum, fit);
@@ -194,9 +197,49 @@ StatesOfPieces states_before(const Model& model, const std::vector<Record>& piec
   return all;
 }
 
+Distance distance(const ForesightFit& fit, const std::vector<int>& positions,
+                  const std::vector<double>& from) {
+  constexpr double kTold = 1e-4;  // of the largest eigenvalue: less is no information
+  if (fit.information.size() == 0) return {};
+  const std::vector<int>& unknowns = fit.fitted;
+  std::vector<Eigen::Index> own;
+  std::vector<Eigen::Index> others;
+  for (Eigen::Index i = 0; i < fit.information.rows(); ++i) {
+    const bool is_own = i < static_cast<Eigen::Index>(unknowns.size()) &&
+                        std::ranges::find(positions, unknowns[i]) != positions.end();
+    (is_own ? own : others).push_back(i);
+  }
+  const Eigen::VectorXd scale =
+      fit.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * fit.information * scale.asDiagonal();
+  const Eigen::MatrixXd slopes = scale.asDiagonal() * fit.slopes;
+  // What the other unknowns can explain is not theirs.
+  const Eigen::MatrixXd projection = scaled(others, others)
+                                         .completeOrthogonalDecomposition()
+                                         .solve(scaled(others, own))
+                                         .transpose();
+  const Eigen::MatrixXd left = scaled(own, own) - projection * scaled(others, own);
+  const Eigen::MatrixXd left_slopes = slopes(own, Eigen::all) - projection * slopes(others, Eigen::all);
+  Eigen::VectorXd step(own.size());
+  for (Eigen::Index k = 0; k < step.size(); ++k) {
+    const auto at = std::ranges::find(positions, unknowns[own[k]]) - positions.begin();
+    step[k] = (fit.model.parameters[positions[at]].value - from[at]) / scale[own[k]];
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(left);
+  const auto told =
+      (eigen.eigenvalues().array() > kTold * std::max(1e-12, eigen.eigenvalues().maxCoeff())).count();
+  if (told == 0) return {};
+  const Eigen::MatrixXd directions = eigen.eigenvectors().rightCols(told);
+  const Eigen::VectorXd score = directions.transpose() * (left * step);
+  const Eigen::MatrixXd parts = directions.transpose() * left_slopes;
+  const Eigen::MatrixXd covariance = parts * parts.transpose() * kParts / (kParts - 1.0);
+  const double squared = score.dot(covariance.ldlt().solve(score));
+  return {std::isfinite(squared) ? std::max(0.0, squared) : 0.0, static_cast<int>(told)};
+}
+
 double ForesightErrors::level() const {
   double sum = 0.0;
-  for (const double mse : all) sum += std::log(mse);
+  for (int h = kNear; h <= kFar; ++h) sum += std::log(all[h]);
   return std::isnan(sum) ? kInfinite : sum;
 }
 

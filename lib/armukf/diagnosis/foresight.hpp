@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <vector>
 
@@ -35,7 +36,19 @@ struct ForesightFit {
   std::vector<double> sd;  // of the model's unknowns, in their order, by how they scatter from one
                            // sixteenth of the samples to the next
   std::vector<Model> left_out;  // fitted without a block each, by one step from the minimum
+  std::vector<int> fitted;      // positions of what was unknown in this fit
+  Eigen::MatrixXd information;  // J'J of these, then of free initial states
+  Eigen::MatrixXd slopes;       // J'r of each sixteenth, a column each
 };
+
+/// How far unknowns of a fit are from other values: Hotelling's T^2, by how the fit scatters from one
+/// sixteenth of the samples to the next, in the directions that the record can tell.
+struct Distance {
+  double squared = 0.0;
+  int directions = 0;
+};
+Distance distance(const ForesightFit& fit, const std::vector<int>& positions,
+                  const std::vector<double>& from);
 
 /// From the model's values and those initial states on (extended where the model has more).
 /// density: kForesightDensity or kSimulated. judged: with deviations and what is fitted without each
@@ -50,9 +63,10 @@ std::vector<Gains> foresight_gains(const Model& model, const StatesOfPieces& x0,
                                    const Propagation& propagation,
                                    double density = kForesightDensity);
 
-/// Samples ahead at which a model is judged.
-inline constexpr std::array kHorizons{20, 200, 2000};
-enum Horizon { kNear, kMiddle, kFar };
+/// Samples ahead at which a model is judged. What an offset of the torque adds up to shows at the
+/// last one: friction lets it grow for seconds.
+inline constexpr std::array kHorizons{20, 200, 2000, 8000};
+enum Horizon { kNear, kMiddle, kFar, kLast };
 
 /// Mean squared errors (rad/s)^2 of predictions half that many to that many samples ahead, from past
 /// measurements alone; the first second of each piece does not count (at least a
@@ -62,7 +76,7 @@ struct ForesightErrors {
   std::array<double, kHorizons.size()> all{};
   std::array<std::array<double, kForesightBlocks>, kHorizons.size()> blocks{};
 
-  /// Sum of the logarithms over the horizons: comparable between models, as the costs of fits with
+  /// Sum of the logarithms up to kFar: comparable between models, as the costs of fits with
   /// gains of their own are not. Infinite where a prediction runs away.
   double level() const;
 };

@@ -76,7 +76,8 @@ StatesOfPieces states_by_name(const Model& fewer, const Model& full, const State
 bool as_well(const Explained& fewer, const Explained& full, bool validated) {
   const auto better = [](const ForesightErrors& a, const ForesightErrors& b) {
     return does_as_well(a.all[kMiddle], b.all[kMiddle], kNoHelp) &&
-           does_as_well(a.all[kFar], b.all[kFar], kNoHelp);
+           does_as_well(a.all[kFar], b.all[kFar], kNoHelp) &&
+           does_as_well(a.all[kLast], b.all[kLast], kNoHelp);
   };
   return better(fewer.estimation, full.estimation) &&
          (!validated || better(fewer.validation, full.validation));
@@ -185,7 +186,7 @@ FittedModel finished(const Explained& now, const Held& held, const TraceRecords&
       fitted(as_it_is.model, as_it_is.x0, records.estimation, records.propagation, kLong);
   const Explained simulated = explained(refitted.model, now.fit.x0, records, kSimulated);
   const auto far = [&](const Explained& e) {
-    return (records.validation.empty() ? e.estimation : e.validation).all[kFar];
+    return (records.validation.empty() ? e.estimation : e.validation).all[kLast];
   };
   return far(simulated) < far(now) ? refitted : as_it_is;
 }
@@ -243,7 +244,7 @@ void note(const Contest& round, const Refit* chosen, int number,
     candidate.effect = refit.trial.effect;
     candidate.round = number;
     candidate.gain_percent = refit.gain_percent;
-    candidate.statistic = refit.evidence.t * refit.evidence.t;
+    candidate.statistic = refit.evidence.statistic;
     candidate.p_value = refit.p_value;
     candidate.refitted_estimation = refit.explained.estimation.all[kMiddle];
     candidate.refitted_validation = refit.explained.validation.all[kMiddle];
@@ -301,7 +302,7 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
     Contest found = contest(now, bases, simulated.estimation, records, kForesightDensity,
                             settings.acceptance);
     const Refit* chosen = best_found(found.refits);
-    if (chosen == nullptr || chosen->shows_at == kFar) {
+    if (chosen == nullptr || chosen->shows_at > kMiddle) {
       Contest slow =
           contest(now, {now.fit}, simulated.estimation, records, kSimulated, settings.acceptance);
       std::ranges::move(slow.refits, std::back_inserter(found.refits));
