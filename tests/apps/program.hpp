@@ -66,7 +66,9 @@ class Program : public testing::Test {
     const auto last = full.error.rfind('\n', full.error.size() - 2) + 1;
     EXPECT_NE(full.error.find("<stdout>: cannot write", last), std::string::npos)
         << arguments << ": " << full.error;
-    if (alone) EXPECT_EQ(last, 0U) << arguments << ": " << full.error;
+    if (alone) {
+      EXPECT_EQ(last, 0U) << arguments << ": " << full.error;
+    }
   }
 
   std::filesystem::path folder_;
