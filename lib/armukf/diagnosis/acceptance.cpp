@@ -71,6 +71,9 @@ Horizon shows_at(const Evidence& e, const AcceptanceSettings& s) {
 std::string refusal(const Evidence& e, const AcceptanceSettings& s) {
   if (!(e.chance <= s.most_chance))
     return fmt::format("a size as far from none has a chance of {:.2g}", e.chance);
+  // As of a resonance without damping, which follows a periodic torque from elsewhere.
+  if (!e.at_bound.empty())
+    return fmt::format("its {} is at the least that is allowed: nothing is like that", e.at_bound);
   for (const Witness& witness : e.witnesses)
     if (std::string reason = refusal_by(witness, s); !reason.empty()) return reason;
   return "";

@@ -38,6 +38,7 @@ struct Witness {
 struct Evidence {
   double statistic = 0.0;  // T^2 of its sizes' distance from none
   double chance = 1.0;     // that it is as large where there is none
+  std::string at_bound;    // a shape's name that the fit has pressed against its least value
   std::vector<Witness> witnesses;
 
   /// Of two explanations that show at a horizon the one with more of it goes first: the fall of the

@@ -175,6 +175,19 @@ Distance distance_from_none(const Trial& trial, const Model& before, const Fores
   return distance(fit, trial.sizes, none);
 }
 
+/// Name of a shape of the newest effect that is at its lower bound; empty if none is.
+std::string shape_at_bound(const Model& model) {
+  constexpr double kClose = 0.01;
+  const EffectSlot& slot = model.effects.back();
+  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const Parameter& p = model.parameters[slot.first_parameter + i];
+    if (parameters[i].role == Role::kShape && p.lower > 0.0 && p.value < (1.0 + kClose) * p.lower)
+      return p.name;
+  }
+  return "";
+}
+
 /// Against what is to be surpassed.
 void judge(const Explained& now, const TraceRecords& records, double looks,
            const AcceptanceSettings& acceptance, Refit& refit) {
@@ -189,6 +202,7 @@ void judge(const Explained& now, const TraceRecords& records, double looks,
   evidence.statistic = from_none.squared;
   if (from_none.directions > 0)
     evidence.chance = hotelling_tail(from_none.squared, from_none.directions, kScatterFreedom);
+  evidence.at_bound = shape_at_bound(fit.model);
   refit.p_value = std::min(1.0, looks * evidence.chance);
   refit.parameters = static_cast<int>(fit.model.unknowns().size()) -
                      static_cast<int>(now.fit.model.unknowns().size());

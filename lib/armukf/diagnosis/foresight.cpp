@@ -42,6 +42,30 @@ StatesOfPieces at_rest(const Model& model, const std::vector<Record>& pieces) {
 /// Which of that many parts a row is in.
 Eigen::Index first_row(Eigen::Index rows, int part, int parts) { return rows * part / parts; }
 
+/// One Gauss-Newton step on a half of the rows; what that half cannot tell stays, with an infinite
+/// deviation.
+HalfEstimates half_estimates(const OutputError& error, const Minimum& minimum,
+                             const JacobianMatrix& J, const Eigen::MatrixXd& slopes, int half) {
+  const Eigen::Index first = first_row(J.rows(), half, 2);
+  const Eigen::MatrixXd inverse =
+      inverse_information(J.middleRows(first, first_row(J.rows(), half + 1, 2) - first));
+  const Eigen::Index parts = slopes.cols() / 2;
+  const Eigen::MatrixXd its = slopes.middleCols(half * parts, parts);
+  const Eigen::VectorXd mean = its.rowwise().mean();
+  const Eigen::MatrixXd about = its.colwise() - mean;
+  const auto count = static_cast<double>(parts);
+  const Eigen::MatrixXd covariance =
+      inverse * about * about.transpose() * inverse * count / (count - 1.0);
+  const Eigen::VectorXd step = -inverse * mean * count;
+  HalfEstimates estimates;
+  for (int i = 0; i < error.unknowns(); ++i) {
+    const bool told = std::isfinite(step[i]) && std::isfinite(covariance(i, i));
+    estimates.values.push_back(minimum.z[i] + (told ? step[i] : 0.0));
+    estimates.sd.push_back(told ? std::sqrt(covariance(i, i)) : kInfinite);
+  }
+  return estimates;
+}
+
 /// Deviations of the unknowns, from what each part of the rows would change, taken for independent
 /// of the other parts; and the models without a block each: a Gauss-Newton step on the others.
 void judge(const OutputError& error, const Variables& variables, const Minimum& minimum,
@@ -64,6 +88,9 @@ void judge(const OutputError& error, const Variables& variables, const Minimum& 
   const Eigen::MatrixXd covariance =
       inverse * fit.slopes * fit.slopes.transpose() * inverse * kParts / (kParts - 1.0);
   for (int i = 0; i < error.unknowns(); ++i) fit.sd[i] = std::sqrt(covariance(i, i));
+
+  for (int half = 0; half < 2; ++half)
+    fit.halves[half] = half_estimates(error, minimum, at.J, fit.slopes, half);
 
   fit.information = at.J.transpose() * at.J;
   const Eigen::VectorXd scale =

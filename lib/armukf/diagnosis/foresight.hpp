@@ -28,6 +28,12 @@ inline constexpr double kSimulated = 0.0;
 /// Parts of the samples of all pieces, one after the other, that are left out in turn.
 inline constexpr int kForesightBlocks = 8;
 
+/// What one half of the samples says of the unknowns, by one step from the minimum over all.
+struct HalfEstimates {
+  std::vector<double> values;
+  std::vector<double> sd;  // by how the fit scatters between the half's eighths
+};
+
 /// A model fitted to the pieces of a record.
 struct ForesightFit {
   Model model;
@@ -39,6 +45,7 @@ struct ForesightFit {
   std::vector<int> fitted;      // positions of what was unknown in this fit
   Eigen::MatrixXd information;  // J'J of these, then of free initial states
   Eigen::MatrixXd slopes;       // J'r of each sixteenth, a column each
+  std::array<HalfEstimates, 2> halves;  // of `fitted`
 };
 
 /// How far unknowns of a fit are from other values: Hotelling's T^2, by how the fit scatters from one

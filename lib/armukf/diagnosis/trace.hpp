@@ -43,6 +43,16 @@ struct FoundEffect {
   std::vector<std::string> confused_with;  // families that explain nearly as much in its stead
 };
 
+/// What several parts of the data say of a parameter of the completed model, and the chance that they
+/// differ as much where it is the same in all.
+struct Consistency {
+  std::string parameter;
+  std::string between;         // "halves" of the estimation records, or "records"
+  std::vector<double> values;  // of the parameter
+  std::vector<double> sd;
+  double p_value = 1.0;
+};
+
 enum class Verdict { kSufficient, kFound, kUnexplained };
 std::string_view name_of(Verdict verdict);
 
@@ -56,6 +66,7 @@ struct Diagnosis {
   Measures before_estimation, before_validation, after_estimation, after_validation_measures;
   std::vector<FoundEffect> effects;
   std::vector<Candidate> candidates;  // the best of each effect in each round
+  std::vector<Consistency> consistency;
   Verdict verdict = Verdict::kSufficient;
   std::vector<std::string> unexplained;  // what is left looks like this
 };

@@ -98,6 +98,14 @@ Json candidate_json(const Candidate& c) {
   return json;
 }
 
+Json consistency_json(const Consistency& c) {
+  return {{"parameter", c.parameter},
+          {"between", c.between},
+          {"values", c.values},
+          {"sd", c.sd},
+          {"p_value", c.p_value}};
+}
+
 std::string measures_row(std::string_view name, double before, double after) {
   return fmt::format("  {:<57} {:>12.6g} {:>12.6g}\n", name, before, after);
 }
@@ -183,6 +191,8 @@ Json diagnosis_json(const DiagnosisSummary& s) {
   for (const FoundEffect& effect : d.effects) effects.push_back(effect_json(d.after, effect));
   Json candidates = Json::array();
   for (const Candidate& candidate : d.candidates) candidates.push_back(candidate_json(candidate));
+  Json consistency = Json::array();
+  for (const Consistency& c : d.consistency) consistency.push_back(consistency_json(c));
   return {{"files", {{"estimation", s.estimation}, {"validation", s.validation}}},
           {"base_fit", {{"starts", d.base.starts}, {"starts_agreeing", d.base.agreeing}}},
           {"before",
@@ -193,6 +203,7 @@ Json diagnosis_json(const DiagnosisSummary& s) {
             {"validation", measures_json(d.after_validation_measures)}}},
           {"effects", effects},
           {"candidates", candidates},
+          {"consistency", consistency},
           {"verdict", name_of(d.verdict)},
           {"unexplained", d.unexplained},
           {"seconds", s.seconds}};
