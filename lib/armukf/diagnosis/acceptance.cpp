@@ -11,7 +11,8 @@ namespace armukf {
 namespace {
 
 bool mostly_better(const Witness& w, Horizon horizon, const AcceptanceSettings& s) {
-  return w.better_blocks(horizon) >= s.least_blocks * w.blocks(horizon);
+  return w.better_blocks(horizon) >= s.least_blocks * w.blocks(horizon) &&
+         w.steadiness(horizon) >= s.least_steadiness;
 }
 
 bool helps_at(Horizon horizon, const Witness& w, const AcceptanceSettings& s) {
@@ -27,14 +28,15 @@ bool helps(const Witness& w, const AcceptanceSettings& s) {
 }
 
 std::string refusal_by(const Witness& w, const AcceptanceSettings& s) {
-  if (!(w.help(kNear) >= -s.near_harm))
+  if (!(w.help(kNear) >= -s.most_harm))
     return fmt::format("makes predictions over {} samples of {} worse by {:.1f} %", kHorizons[kNear],
                        w.what, -100.0 * w.help(kNear));
   if (helps(w, s)) return "";
   std::string found;
   for (const Horizon h : {kMiddle, kFar, kLast})
-    found += fmt::format("{}{:.1f} % over {} samples ({} of {} blocks)", h == kMiddle ? "" : ", ",
-                         100.0 * w.help(h), kHorizons[h], w.better_blocks(h), w.blocks(h));
+    found += fmt::format("{}{:.1f} % over {} samples ({} of {} blocks, {:.1f} deviations)",
+                         h == kMiddle ? "" : ", ", 100.0 * w.help(h), kHorizons[h],
+                         w.better_blocks(h), w.blocks(h), w.steadiness(h));
   return fmt::format("lowers the error of predictions of {} by {}, which is not beyond chance",
                      w.what, found);
 }
@@ -51,6 +53,21 @@ int Witness::better_blocks(Horizon horizon) const {
 int Witness::blocks(Horizon horizon) const {
   return static_cast<int>(
       std::ranges::count_if(before.blocks[horizon], [](double mse) { return mse > 0.0; }));
+}
+
+double Witness::steadiness(Horizon horizon) const {
+  double sum = 0.0;
+  double squares = 0.0;
+  double count = 0.0;
+  for (int b = 0; b < kForesightBlocks; ++b) {
+    if (!(before.blocks[horizon][b] > 0.0)) continue;
+    const double fall = std::log(before.blocks[horizon][b] / after.blocks[horizon][b]);
+    sum += fall;
+    squares += fall * fall;
+    count += 1.0;
+  }
+  const double mean = sum / count;
+  return count > 1.0 ? mean / std::sqrt((squares / count - mean * mean) / (count - 1.0)) : 0.0;
 }
 
 double Evidence::merit(Horizon horizon) const {

@@ -21,9 +21,11 @@ constexpr std::size_t kStarts = 4;  // of an effect
 constexpr int kFirst = 2;      // iterations from each
 constexpr int kSecond = 4;     // more, from the best
 constexpr std::size_t kFollowed = 2;  // starts of an effect
+constexpr std::size_t kSlowRefits = 8;  // where effects are fitted alone
 constexpr std::size_t kRefits = 12;   // effects of a round that are fitted to the end and judged
 constexpr double kScatterFreedom = 2.0 * kForesightBlocks - 1.0;  // of ForesightFit::sd
 constexpr double kSameLevel = 0.02;     // of two minima
+constexpr double kBetterMinimum = 0.005;  // by that in level
 constexpr double kPerParameter = 0.03;  // of the merit, the price of each further parameter
 
 ForesightFit renewed(const ForesightFit& start, const TraceRecords& records, double density,
@@ -140,7 +142,8 @@ std::vector<Begun> begun_fits(const Explained& now, const std::vector<Trial>& tr
                               const std::vector<ForesightFit>& bases, const TraceRecords& records,
                               double density) {
   const std::vector<Record> halves = first_halves(records.estimation);
-  const std::size_t of_each = std::max<std::size_t>(1, kStarts / bases.size());
+  const std::size_t of_each =
+      density > 0.0 ? std::max<std::size_t>(1, kStarts / bases.size()) : 1;
   std::vector<Start> starts;
   for (const ForesightFit& base : bases)
     for (Start& start : starts_on(base, trials, of_each, halves, records))
@@ -192,6 +195,7 @@ std::string shape_at_bound(const Model& model) {
 void judge(const Explained& now, const TraceRecords& records, double looks,
            const AcceptanceSettings& acceptance, Refit& refit) {
   const ForesightFit& fit = refit.explained.fit;
+  refit.evidence = {};
   Evidence& evidence = refit.evidence;
   evidence.witnesses.push_back(
       {"blocks left out of the fit", now.estimation, refit.explained.estimation});
@@ -211,23 +215,44 @@ void judge(const Explained& now, const TraceRecords& records, double looks,
   refit.shows_at = shows_at(evidence, acceptance);
 }
 
-/// A better minimum of the model, if an effect that was tried has led to one.
-void improve(Explained& now, const std::vector<Refit>& refits, const TraceRecords& records) {
-  constexpr std::size_t kTried = 3;
-  std::vector<Model> starts;
-  for (const Refit& refit : refits) {
-    Model& start = starts.emplace_back(now.fit.model);
-    for (std::size_t i = 0; i < start.parameters.size(); ++i)
-      if (!start.parameters[i].known)
-        start.parameters[i].value = refit.explained.fit.model.parameters[i].value;
-    if (starts.size() == kTried) break;
-  }
+/// All refits, most merit first.
+void judge_all(const Explained& now, const TraceRecords& records, double looks,
+               const AcceptanceSettings& acceptance, std::vector<Refit>& refits) {
+  for (Refit& refit : refits) judge(now, records, looks, acceptance, refit);
+  std::ranges::stable_sort(refits, std::greater{}, [](const Refit& r) { return r.merit(); });
+}
+
+/// The model without an effect, from where the fit with it has led.
+Explained without_effect(const Explained& now, const Refit& refit, const TraceRecords& records) {
+  Model start = now.fit.model;
+  for (std::size_t i = 0; i < start.parameters.size(); ++i)
+    if (!start.parameters[i].known)
+      start.parameters[i].value = refit.explained.fit.model.parameters[i].value;
+  return explained(start, now.fit.x0, records, kForesightDensity);
+}
+
+/// What the best effect has gained may be that its fit has left a poor minimum of the model without
+/// it, most of all where effects of no size gain as much: whether there was a better one.
+bool improve(Explained& now, const std::vector<Refit>& refits, const TraceRecords& records) {
+  constexpr std::size_t kTried = 4;
+  constexpr double kAsGood = 0.7;  // of the merit
+  const Refit* best = best_found(refits);
+  if (best == nullptr) return false;
+  std::vector<const Refit*> starts;
+  for (const Refit& refit : refits)
+    if (&refit != best &&
+        refit.evidence.merit(best->shows_at) > kAsGood * best->evidence.merit(best->shows_at))
+      starts.push_back(&refit);
+  std::ranges::stable_sort(starts, {}, [](const Refit* r) { return r->evidence.statistic; });
+  starts.insert(starts.begin(), best);
+  starts.resize(std::min(starts.size(), kTried));
   std::vector<Explained> found(starts.size());
-  for_each_job(records.threads, static_cast<int>(starts.size()), [&](int i) {
-    found[i] = explained(starts[i], now.fit.x0, records, kForesightDensity);
-  });
+  for_each_job(records.threads, static_cast<int>(starts.size()),
+               [&](int i) { found[i] = without_effect(now, *starts[i], records); });
+  const double before = now.estimation.level();
   for (Explained& other : found)
-    if (other.estimation.level() < now.estimation.level() - kSameLevel) now = std::move(other);
+    if (other.estimation.level() < now.estimation.level()) now = std::move(other);
+  return now.estimation.level() < before - kBetterMinimum;
 }
 
 }  // namespace
@@ -286,7 +311,7 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
   for (const Trial& trial : trials) looks += trial.looks;
   const std::vector<Begun> begun = begun_fits(now, trials, bases, records, density);
   Contest result;
-  result.refits.resize(std::min(begun.size(), kRefits));
+  result.refits.resize(std::min(begun.size(), density > 0.0 ? kRefits : kSlowRefits));
   for_each_job(records.threads, static_cast<int>(result.refits.size()), [&](int i) {
     Refit& refit = result.refits[i];
     refit.trial = *begun[i].trial;
@@ -295,14 +320,12 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
                                          records.estimation, records, density, kLong / 3, true),
                                   records);
   });
-  const auto level = [](const Refit& r) { return r.explained.estimation.level(); };
-  std::ranges::stable_sort(result.refits, {}, level);
-  if (bases.size() > 1) improve(now, result.refits, records);
-  for (Refit& refit : result.refits) judge(now, records, looks, acceptance, refit);
+  judge_all(now, records, looks, acceptance, result.refits);
+  constexpr int kMinima = 3;
+  for (int i = 0; i < kMinima && improve(now, result.refits, records); ++i)
+    judge_all(now, records, looks, acceptance, result.refits);
   for (std::size_t i = result.refits.size(); i < begun.size(); ++i)
     result.others.push_back(begun[i].trial->effect);
-  std::ranges::stable_sort(result.refits, std::greater{},
-                           [](const Refit& r) { return r.merit(); });
   return result;
 }
 

@@ -61,8 +61,8 @@ struct Contest {
 
 /// Tries every effect of the catalogue that the model lacks on top of each base, from where score
 /// tests suggest, a few iterations; goes on with the better ones, and judges the most promising.
-/// now: what is to be surpassed; with several bases it changes to a better minimum of the same model
-/// where an effect has led to one. simulated: the model as a plain simulation, whose residual
+/// now: what is to be surpassed; it changes to a better minimum of the same model where the best
+/// effect has led to one. simulated: the model as a plain simulation, whose residual
 /// suggests harmonics and frequencies. density: kForesightDensity, where all unknowns are fitted
 /// together with the effect's own, or kSimulated, where these are fitted alone: what drifts under a
 /// torque noise is no reason to change what the predictions have told.
