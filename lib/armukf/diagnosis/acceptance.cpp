@@ -86,8 +86,8 @@ Horizon shows_at(const Evidence& e, const AcceptanceSettings& s) {
 }
 
 std::string refusal(const Evidence& e, const AcceptanceSettings& s) {
-  if (!(e.chance <= s.most_chance))
-    return fmt::format("a size as far from none has a chance of {:.2g}", e.chance);
+  if (!(e.p_value <= s.most_p))
+    return fmt::format("its size may be chance: p {:.2g}, given all that was looked at", e.p_value);
   // As of a resonance without damping, which follows a periodic torque from elsewhere.
   if (!e.at_bound.empty())
     return fmt::format("its {} is at the least that is allowed: nothing is like that", e.at_bound);

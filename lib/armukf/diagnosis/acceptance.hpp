@@ -10,9 +10,7 @@ namespace armukf {
 
 /// When an effect counts as found. Shares are of an error (rad/s)^2.
 struct AcceptanceSettings {
-  /// That the effect's sizes are as far from none: with some fifty candidates 1 in 150 records where
-  /// nothing is missing, before it has to help as well.
-  double most_chance = 1.6e-4;
+  double most_p = 0.01;  // that the effect's sizes are as far from none, given all that was looked at
   /// Of an error's logarithms before and after, block by block: mean fall over its deviation. Where
   /// nothing is missing, a drift of the torque reached 1.8 with all blocks better, and 20 % less.
   double least_steadiness = 2.5;
@@ -38,7 +36,7 @@ struct Witness {
 /// All that is known of a candidate once it is refitted.
 struct Evidence {
   double statistic = 0.0;  // T^2 of its sizes' distance from none
-  double chance = 1.0;     // that it is as large where there is none
+  double p_value = 1.0;    // of that, corrected for all that was looked at
   std::string at_bound;    // a shape's name that the fit has pressed against its least value
   std::vector<Witness> witnesses;
 

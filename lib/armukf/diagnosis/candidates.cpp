@@ -20,7 +20,6 @@ constexpr int kLong = 60;    // iterations to the end of a fit
 constexpr std::size_t kStarts = 4;  // of an effect
 constexpr int kFirst = 2;      // iterations from each
 constexpr int kSecond = 4;     // more, from the best
-constexpr std::size_t kFollowed = 2;  // starts of an effect
 constexpr std::size_t kSlowRefits = 8;  // where effects are fitted alone
 constexpr std::size_t kRefits = 12;   // effects of a round that are fitted to the end and judged
 constexpr double kScatterFreedom = 2.0 * kForesightBlocks - 1.0;  // of ForesightFit::sd
@@ -87,36 +86,68 @@ ForesightFit fit_to_end(const Model& model, const StatesOfPieces& x0, const Trac
 struct Begun {
   const Trial* trial;
   ForesightFit fit;
-  double level = 0.0;  // of what it foretells
+  std::size_t base = 0;
+  double level = 0.0;   // of what it foretells
+  double excess = 0.0;  // of that over what most effects reach on the same base
 };
 
-/// Leaves the best of each effect, as many as that.
-void keep_best(std::vector<Begun>& begun, std::size_t most) {
-  std::ranges::stable_sort(begun, {}, &Begun::level);
-  std::map<std::string, std::size_t> count;
-  std::erase_if(begun, [&](const Begun& b) { return count[b.trial->effect]++ >= most; });
+/// What most effects reach on each base: a base far from any minimum leaves more to all of them.
+std::vector<double> medians(const std::vector<Begun>& begun, std::size_t bases) {
+  std::vector<double> result;
+  for (std::size_t base = 0; base < bases; ++base) {
+    std::vector<double> levels;
+    for (const Begun& b : begun)
+      if (b.base == base) levels.push_back(b.level);
+    const auto middle = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() / 2);
+    if (!levels.empty()) std::ranges::nth_element(levels, middle);
+    result.push_back(levels.empty() ? 0.0 : *middle);
+  }
+  return result;
 }
 
-/// The first half of each piece: enough to tell a good start from a bad one.
-std::vector<Record> first_halves(std::vector<Record> pieces) {
-  for (Record& piece : pieces) piece.samples = beginning(piece.samples, 0.5);
+/// Leaves of each effect the fit that foretells best, and the one that has most over others on its
+/// base, best first.
+void keep_best(std::vector<Begun>& begun) {
+  std::ranges::stable_sort(begun, {}, &Begun::level);
+  std::map<std::string, const Begun*> ahead;
+  for (const Begun& b : begun) {
+    const Begun*& best = ahead[b.trial->effect];
+    if (best == nullptr || b.excess < best->excess) best = &b;
+  }
+  std::vector<Begun> kept;
+  std::map<std::string, int> count;
+  for (const Begun& b : begun)
+    if (count[b.trial->effect]++ == 0 || ahead[b.trial->effect] == &b) kept.push_back(b);
+  begun = std::move(kept);
+}
+
+/// The first half of each piece, or five seconds if that is more: enough to tell a good start from a
+/// bad one.
+std::vector<Record> beginnings(std::vector<Record> pieces) {
+  constexpr double kEnoughS = 5.0;
+  for (Record& piece : pieces) {
+    const double duration = piece.samples.back().t - piece.samples.front().t;
+    const double share = duration > 0.0 ? std::clamp(kEnoughS / duration, 0.5, 1.0) : 1.0;
+    piece.samples = beginning(piece.samples, share);
+  }
   return pieces;
 }
 
 /// Where fits of an effect on top of a base begin.
 struct Start {
   const Trial* trial;
+  std::size_t base;
   Suggestion suggestion;
 };
 
 /// Every trial on top of a base, and of each effect the most promising.
-std::vector<Start> starts_on(const ForesightFit& base, const std::vector<Trial>& trials,
-                             std::size_t of_each, const std::vector<Record>& pieces,
-                             const TraceRecords& records) {
-  const AheadScore score(base, pieces, records.propagation);
+std::vector<Start> starts_on(const std::vector<ForesightFit>& bases, std::size_t base,
+                             const std::vector<Trial>& trials, std::size_t of_each,
+                             const std::vector<Record>& pieces, const TraceRecords& records) {
+  const AheadScore score(bases[base], pieces, records.propagation);
   std::vector<Start> starts(trials.size());
   for_each_job(records.threads, static_cast<int>(trials.size()), [&](int i) {
-    starts[i] = {&trials[i], score(trials[i])};
+    starts[i] = {&trials[i], base, score(trials[i])};
   });
   std::ranges::stable_sort(starts, std::greater{},
                            [](const Start& s) { return s.suggestion.share; });
@@ -141,12 +172,12 @@ ForesightFit fit_on(const Explained& now, const Model& model, const StatesOfPiec
 std::vector<Begun> begun_fits(const Explained& now, const std::vector<Trial>& trials,
                               const std::vector<ForesightFit>& bases, const TraceRecords& records,
                               double density) {
-  const std::vector<Record> halves = first_halves(records.estimation);
+  const std::vector<Record> first_parts = beginnings(records.estimation);
   const std::size_t of_each =
-      density > 0.0 ? std::max<std::size_t>(1, kStarts / bases.size()) : 1;
+      density > 0.0 ? std::max<std::size_t>(2, kStarts / bases.size()) : 1;
   std::vector<Start> starts;
-  for (const ForesightFit& base : bases)
-    for (Start& start : starts_on(base, trials, of_each, halves, records))
+  for (std::size_t base = 0; base < bases.size(); ++base)
+    for (Start& start : starts_on(bases, base, trials, of_each, first_parts, records))
       starts.push_back(std::move(start));
   std::vector<Begun> begun(starts.size());
   const auto level = [&](const ForesightFit& fit, const std::vector<Record>& pieces) {
@@ -154,17 +185,21 @@ std::vector<Begun> begun_fits(const Explained& now, const std::vector<Trial>& tr
   };
   for_each_job(records.threads, static_cast<int>(begun.size()), [&](int i) {
     const Suggestion& from = starts[i].suggestion;
-    begun[i] = {starts[i].trial,
-                fit_on(now, from.model, from.x0, halves, records, density, kFirst)};
-    begun[i].level = level(begun[i].fit, halves);
+    begun[i].trial = starts[i].trial;
+    begun[i].base = starts[i].base;
+    begun[i].fit = fit_on(now, from.model, from.x0, first_parts, records, density, kFirst);
+    begun[i].level = level(begun[i].fit, first_parts);
   });
-  keep_best(begun, kFollowed);
+  const std::vector<double> usual = medians(begun, bases.size());
+  for (Begun& b : begun) b.excess = b.level - usual[b.base];
+  keep_best(begun);
   for_each_job(records.threads, static_cast<int>(begun.size()), [&](int i) {
     begun[i].fit = fit_on(now, begun[i].fit.model, begun[i].fit.x0, records.estimation, records,
                           density, kSecond);
     begun[i].level = level(begun[i].fit, records.estimation);
+    begun[i].excess = begun[i].level - usual[begun[i].base];
   });
-  keep_best(begun, 1);
+  keep_best(begun);
   return begun;
 }
 
@@ -191,8 +226,23 @@ std::string shape_at_bound(const Model& model) {
   return "";
 }
 
+/// How many trials of each effect were looked at.
+using Looks = std::map<std::string, double>;
+
+Looks looks_of(const std::vector<Trial>& trials) {
+  Looks looks;
+  for (const Trial& trial : trials) looks[trial.effect] += trial.looks;
+  return looks;
+}
+
+/// For all that was looked at: each effect has the same share in a wrong decision, and each of its
+/// trials the same share of that.
+double corrected(double chance, const std::string& effect, const Looks& looks) {
+  return std::min(1.0, chance * looks.at(effect) * static_cast<double>(looks.size()));
+}
+
 /// Against what is to be surpassed.
-void judge(const Explained& now, const TraceRecords& records, double looks,
+void judge(const Explained& now, const TraceRecords& records, const Looks& looks,
            const AcceptanceSettings& acceptance, Refit& refit) {
   const ForesightFit& fit = refit.explained.fit;
   refit.evidence = {};
@@ -205,9 +255,10 @@ void judge(const Explained& now, const TraceRecords& records, double looks,
   const Distance from_none = distance_from_none(refit.trial, now.fit.model, fit);
   evidence.statistic = from_none.squared;
   if (from_none.directions > 0)
-    evidence.chance = hotelling_tail(from_none.squared, from_none.directions, kScatterFreedom);
+    evidence.p_value = corrected(
+        hotelling_tail(from_none.squared, from_none.directions, kScatterFreedom),
+        refit.trial.effect, looks);
   evidence.at_bound = shape_at_bound(fit.model);
-  refit.p_value = std::min(1.0, looks * evidence.chance);
   refit.parameters = static_cast<int>(fit.model.unknowns().size()) -
                      static_cast<int>(now.fit.model.unknowns().size());
   refit.gain_percent = 100.0 * (1.0 - fit.cost / now.fit.cost);
@@ -215,11 +266,13 @@ void judge(const Explained& now, const TraceRecords& records, double looks,
   refit.shows_at = shows_at(evidence, acceptance);
 }
 
-/// All refits, most merit first.
-void judge_all(const Explained& now, const TraceRecords& records, double looks,
+/// All refits, most merit first, of each effect the better one.
+void judge_all(const Explained& now, const TraceRecords& records, const Looks& looks,
                const AcceptanceSettings& acceptance, std::vector<Refit>& refits) {
   for (Refit& refit : refits) judge(now, records, looks, acceptance, refit);
   std::ranges::stable_sort(refits, std::greater{}, [](const Refit& r) { return r.merit(); });
+  std::map<std::string, int> count;
+  std::erase_if(refits, [&](const Refit& r) { return count[r.trial.effect]++ > 0; });
 }
 
 /// The model without an effect, from where the fit with it has led.
@@ -307,25 +360,32 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
                 const AcceptanceSettings& acceptance) {
   const std::vector<Trial> trials =
       trials_for(now.fit.model, suggested_by(simulated, records.estimation, records.propagation));
-  double looks = 0.0;
-  for (const Trial& trial : trials) looks += trial.looks;
+  const Looks looks = looks_of(trials);
   const std::vector<Begun> begun = begun_fits(now, trials, bases, records, density);
+  std::map<std::string, bool> judged;  // effects, the most promising first; others are not
+  std::vector<const Begun*> promising;
+  for (const Begun& b : begun) {
+    const std::size_t most = density > 0.0 ? kRefits : kSlowRefits;
+    const auto at = judged.try_emplace(b.trial->effect, judged.size() < most).first;
+    if (at->second) promising.push_back(&b);
+  }
   Contest result;
-  result.refits.resize(std::min(begun.size(), density > 0.0 ? kRefits : kSlowRefits));
-  for_each_job(records.threads, static_cast<int>(result.refits.size()), [&](int i) {
+  result.refits.resize(promising.size());
+  for_each_job(records.threads, static_cast<int>(promising.size()), [&](int i) {
     Refit& refit = result.refits[i];
-    refit.trial = *begun[i].trial;
+    const Begun& from = *promising[i];
+    refit.trial = *from.trial;
     refit.density = density;
-    refit.explained = with_errors(fit_on(now, begun[i].fit.model, begun[i].fit.x0,
-                                         records.estimation, records, density, kLong / 3, true),
+    refit.explained = with_errors(fit_on(now, from.fit.model, from.fit.x0, records.estimation,
+                                         records, density, kLong / 3, true),
                                   records);
   });
   judge_all(now, records, looks, acceptance, result.refits);
   constexpr int kMinima = 3;
   for (int i = 0; i < kMinima && improve(now, result.refits, records); ++i)
     judge_all(now, records, looks, acceptance, result.refits);
-  for (std::size_t i = result.refits.size(); i < begun.size(); ++i)
-    result.others.push_back(begun[i].trial->effect);
+  for (const auto& [effect, was_judged] : judged)
+    if (!was_judged) result.others.push_back(effect);
   return result;
 }
 

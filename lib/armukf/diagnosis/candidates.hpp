@@ -40,7 +40,6 @@ struct Refit {
   Explained explained;
   Evidence evidence;
   int parameters = 1;    // that it adds to the unknowns
-  double p_value = 1.0;  // of its size over its deviation, corrected for all that was looked at
   double gain_percent = 0.0;  // of the cost
   std::string refusal;        // empty: it counts as found
   Horizon shows_at = kLast;

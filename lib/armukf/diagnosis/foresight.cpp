@@ -139,14 +139,15 @@ std::vector<Gains> foresight_gains(const Model& model, const StatesOfPieces& x0,
 ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
                            const std::vector<Record>& pieces, const Propagation& propagation,
                            double density, int iterations, bool judged) {
-  constexpr double kTolerance = 1e-6;  // of the cost
+  constexpr double kTolerance = 1e-6;    // of the cost
+  constexpr double kFirstRadius = 10.0;  // resonances are far from linear
   const InitialChoice choice = density > 0.0 ? prediction_choice(model) : all_free(model);
   const StatesOfPieces start = x0.empty() ? at_rest(model, pieces) : extended(x0, model);
   const OutputError error(
       model, pieces, choice, propagation,
       density > 0.0 ? foresight_gains(model, start, pieces, propagation, density) : std::vector<Gains>{});
   const Variables variables = error.variables_of_model(start);
-  const Minimum minimum = search(error, variables, kInfinite, {iterations, kTolerance});
+  const Minimum minimum = search(error, variables, kInfinite, {iterations, kTolerance, kFirstRadius});
   ForesightFit fit;
   fit.model = error.model_at(minimum.z.data());
   fit.cost = minimum.cost;

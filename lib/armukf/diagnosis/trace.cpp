@@ -293,7 +293,7 @@ void note(const Contest& round, const Refit* chosen, int number,
     candidate.round = number;
     candidate.gain_percent = refit.gain_percent;
     candidate.statistic = refit.evidence.statistic;
-    candidate.p_value = refit.p_value;
+    candidate.p_value = refit.evidence.p_value;
     candidate.refitted_estimation = refit.explained.estimation.all[kMiddle];
     candidate.refitted_validation = refit.explained.validation.all[kMiddle];
     candidate.accepted = &refit == chosen;
@@ -366,7 +366,7 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
     simulated.estimation = plain(now, records);
     simulated.validation = judged(simulated.estimation, records);
     const std::string& effect = chosen->trial.effect;
-    diagnosis.effects.push_back({effect, chosen->p_value,
+    diagnosis.effects.push_back({effect, chosen->evidence.p_value,
                                  100.0 * (1.0 - simulated.validation.mse / before),
                                  rivals(*chosen, found.refits)});
   }

@@ -47,6 +47,7 @@ ceres::Solver::Options options_for(const SearchLimits& limits) {
   options.minimizer_type = ceres::TRUST_REGION;
   options.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
   options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  options.initial_trust_region_radius = limits.first_radius;
   options.max_num_iterations = limits.iterations;
   options.function_tolerance = limits.cost_tolerance;
   // With bounds Ceres would search along every step as well, at several simulations a time; a step

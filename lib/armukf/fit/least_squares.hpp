@@ -21,6 +21,9 @@ struct Variables {
 struct SearchLimits {
   int iterations = 100;
   double cost_tolerance = 1e-9;  // relative change of the sum of squares
+  /// First bound on a step, over what a linear problem would take: where iterations are few, steps
+  /// that are refused are lost.
+  double first_radius = 1e4;
 };
 
 /// Where a search ended.
