@@ -81,7 +81,8 @@ void diagnose(DiagnoseOptions& o) {
             [&](std::string_view stage, double share) { progress.show(stage, share); });
   progress.wipe();
   summary.estimation = estimation.name;
-  summary.validation = fmt::format("{}", fmt::join(o.validation, ", "));
+  summary.validation = o.validation.empty() ? "blocks of it that are left out in turn"
+                                            : fmt::format("{}", fmt::join(o.validation, ", "));
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   summary.seconds = taken.count();
   write_report(o.report, diagnosis_text(summary), diagnosis_json(summary));
@@ -97,7 +98,8 @@ void add_diagnose(CLI::App& program) {
   CLI::App& command = *program.add_subcommand(
       "diagnose", "Find what the model lacks, name it, add it, and report before and after");
   command.footer(
-      "FILE is fitted, validation records only judge; in any case blocks of FILE do, an eighth each,\n"
+      "FILE is fitted, validation records only judge; in any case blocks of FILE do, an eighth "
+      "each,\n"
       "that are left out of the fit in turn.\n"
       "Every effect is fitted to the predictions one sample ahead, and accepted where its size is\n"
       "far from none and where predictions of 0.1 or 1 s from past measurements alone get better,\n"

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <glog/logging.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -88,5 +89,7 @@ int run(const std::vector<std::string>& words) {
 
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // a reader that leaves shows as a failed write
+  // A step that Ceres cannot solve for is shortened; its warnings would stand among our own.
+  FLAGS_minloglevel = google::GLOG_FATAL;
   return armukf::apps::run(armukf::apps::with_joined_starts({argv + 1, argv + argc}));
 }

@@ -29,7 +29,7 @@ TEST_F(Diagnose, RefusesRecordsThatCannotJudge) {
   expect_refused("diagnose a.csv --validate still.csv",
                  "still.csv: u: does not vary: there is nothing to be told from it");
   expect_refused("diagnose still.csv",
-                 "still.csv (first 70 %): u: does not vary: there is nothing to be told from it");
+                 "still.csv: u: does not vary: there is nothing to be told from it");
 }
 
 TEST_F(Diagnose, RefusesARecordThatIsTooShort) {

@@ -74,6 +74,27 @@ TEST(Trace, AddsTheEffectThatIsThereAndEndsAtTheNoise) {
   EXPECT_GT(std::ranges::max(torques[0].values), 0.0);
 }
 
+TEST(Trace, JudgesByBlocksLeftOutWhereThereIsNoOtherRecord) {
+  Model truth = published_estimate();
+  truth.add_effect("gear_damping_quadratic");
+  truth.parameter("gear_damping_quadratic").value = 0.004;
+  const Diagnosis diagnosis =
+      trace(published_arm(), {record_of(truth, ExperimentKind::kEstimation)}, {}, {});
+  ASSERT_EQ(diagnosis.effects.size(), 1U);
+  EXPECT_EQ(diagnosis.effects[0].effect, "gear_damping_quadratic");
+  EXPECT_FALSE(diagnosis.validated);
+  EXPECT_EQ(diagnosis.judges.size(), 8U);
+  EXPECT_EQ(diagnosis.after_validation.residual.size(), 8000U);
+  EXPECT_NEAR(diagnosis.after_validation_measures.mse, 0.01, 0.002);
+  EXPECT_GT(diagnosis.before_validation.mse, 2.0 * diagnosis.after_validation_measures.mse);
+  for (const Candidate& candidate : diagnosis.candidates)
+    EXPECT_EQ(candidate.accepted, candidate.refused_because.empty()) << candidate.effect;
+  for (const Consistency& c : diagnosis.consistency) {
+    EXPECT_EQ(c.between, "halves");
+    EXPECT_GT(c.p_value, 1e-4) << c.parameter;
+  }
+}
+
 TEST(Trace, FindsTwoEffects) {
   Model truth = published_estimate();
   truth.add_effect("flexible_mode_motor");
@@ -88,6 +109,8 @@ TEST(Trace, FindsTwoEffects) {
       return found.effect == name ||
              std::ranges::find(found.confused_with, name) != found.confused_with.end();
     })) << name;
+  EXPECT_NEAR(diagnosis.after.model.parameter("mode_motor_frequency").value, 30.0, 0.1);
+  EXPECT_NEAR(diagnosis.after_validation_measures.mse, 0.01, 0.001);
 }
 
 /// Records of an arm on which a torque of 0.1 N.m at 7 Hz works that nobody has commanded: it is

@@ -14,6 +14,7 @@ DiagnosisSummary summary(bool angle) {
   DiagnosisSummary s;
   s.estimation = "a.csv";
   s.validation = "b.csv";
+  s.diagnosis.validated = true;
   s.diagnosis.base.best.model = published_arm();
   s.diagnosis.after.model = published_arm();
   s.diagnosis.before_estimation.mse = s.diagnosis.before_validation.mse = 0.25;

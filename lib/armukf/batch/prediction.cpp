@@ -268,7 +268,8 @@ std::vector<std::vector<double>> predictions_at(const Setting& setting, Shape sh
   std::deque<Step<double>> steps;
   for (std::size_t i = 0; i < std::max<std::size_t>(1, parts.models.size()); ++i) {
     const Model& model = parts.models.empty() ? setting.model : parts.models[i];
-    steps.emplace_back(settings.emplace_back(model, setting.x0, setting.samples, setting.propagation));
+    steps.emplace_back(
+        settings.emplace_back(model, setting.x0, setting.samples, setting.propagation));
   }
   const auto part_of = [&](std::size_t k) { return parts.models.empty() ? 0 : parts.part[k]; };
   std::vector<std::vector<double>> all(horizons.size(), std::vector<double>(n, kNaN));
@@ -330,9 +331,8 @@ std::vector<std::vector<double>> predictions_at(const Model& model, const std::v
                                                 std::span<const int> horizons,
                                                 const PartModels& parts) {
   const Setting setting{model, x0, samples, propagation};
-  return with_state_shape(model, [&](auto shape) {
-    return predictions_at(setting, shape, density, horizons, parts);
-  });
+  return with_state_shape(
+      model, [&](auto shape) { return predictions_at(setting, shape, density, horizons, parts); });
 }
 
 Gains filter_gains(const Model& model, const std::vector<double>& x0,

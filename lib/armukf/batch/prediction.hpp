@@ -33,8 +33,8 @@ struct PartModels {
 
 /// For each horizon the predicted speeds (rad/s) of all samples, each from what was measured half
 /// the horizon to the whole horizon earlier; NaN where nothing was. The filter goes over the record
-/// with the model, the density of its torque noise given (N.m.s^1/2 per rad/s of sensor noise); from
-/// its belief the predictions go on with the model of the part that they are for.
+/// with the model, the density of its torque noise given (N.m.s^1/2 per rad/s of sensor noise);
+/// from its belief the predictions go on with the model of the part that they are for.
 std::vector<std::vector<double>> predictions_at(const Model& model, const std::vector<double>& x0,
                                                 const std::vector<Sample>& samples,
                                                 const Propagation& propagation, double density,

@@ -29,8 +29,8 @@ bool helps(const Witness& w, const AcceptanceSettings& s) {
 
 std::string refusal_by(const Witness& w, const AcceptanceSettings& s) {
   if (!(w.help(kNear) >= -s.most_harm))
-    return fmt::format("makes predictions over {} samples of {} worse by {:.1f} %", kHorizons[kNear],
-                       w.what, -100.0 * w.help(kNear));
+    return fmt::format("makes predictions over {} samples of {} worse by {:.1f} %",
+                       kHorizons[kNear], w.what, -100.0 * w.help(kNear));
   if (helps(w, s)) return "";
   std::string found;
   for (const Horizon h : {kMiddle, kFar, kLast})

@@ -10,7 +10,8 @@ namespace armukf {
 
 /// When an effect counts as found. Shares are of an error (rad/s)^2.
 struct AcceptanceSettings {
-  double most_p = 0.01;  // that the effect's sizes are as far from none, given all that was looked at
+  double most_p =
+      0.01;  // that the effect's sizes are as far from none, given all that was looked at
   /// Of an error's logarithms before and after, block by block: mean fall over its deviation. Where
   /// nothing is missing, a drift of the torque reached 1.8 with all blocks better, and 20 % less.
   double least_steadiness = 2.5;
@@ -48,8 +49,8 @@ struct Evidence {
 /// Why that does not count as found; empty where it does.
 std::string refusal(const Evidence& evidence, const AcceptanceSettings& settings);
 
-/// Of what is not refused: the shortest horizon at which it shows to all witnesses. What shows at the
-/// middle one is of the fast dynamics, which are to be right before slow effects are looked at.
+/// Of what is not refused: the shortest horizon at which it shows to all witnesses. What shows at
+/// the middle one is of the fast dynamics, which are to be right before slow effects are looked at.
 Horizon shows_at(const Evidence& evidence, const AcceptanceSettings& settings);
 
 }  // namespace armukf

@@ -71,8 +71,8 @@ Eigen::MatrixXd AheadScore::columns_of(const Model& model, const StatesOfPieces&
         sensitivities(model, x0[e], samples, propagation_, {sizes, {}},
                       padded(gains_[e], static_cast<int>(model.states.size())));
     for (std::size_t k = 0; k < samples.size(); ++k, ++row)
-      columns.row(row) = weight(gains_[e], samples[k], k) *
-                         found.gradient.row(static_cast<Eigen::Index>(k));
+      columns.row(row) =
+          weight(gains_[e], samples[k], k) * found.gradient.row(static_cast<Eigen::Index>(k));
   }
   return columns;
 }

@@ -16,15 +16,15 @@
 namespace armukf {
 namespace {
 
-constexpr int kLong = 60;    // iterations to the end of a fit
-constexpr std::size_t kStarts = 4;  // of an effect
-constexpr int kFirst = 2;      // iterations from each
-constexpr int kSecond = 4;     // more, from the best
+constexpr int kLong = 60;               // iterations to the end of a fit
+constexpr std::size_t kStarts = 4;      // of an effect
+constexpr int kFirst = 2;               // iterations from each
+constexpr int kSecond = 4;              // more, from the best
 constexpr std::size_t kSlowRefits = 8;  // where effects are fitted alone
-constexpr std::size_t kRefits = 12;   // effects of a round that are fitted to the end and judged
+constexpr std::size_t kRefits = 12;     // effects of a round that are fitted to the end and judged
 constexpr double kScatterFreedom = 2.0 * kForesightBlocks - 1.0;  // of ForesightFit::sd
-constexpr double kSameLevel = 0.02;     // of two minima
-constexpr double kBetterMinimum = 0.005;  // by that in level
+constexpr double kSameLevel = 0.02;                               // of two minima
+constexpr double kBetterMinimum = 0.005;                          // by that in level
 constexpr double kPerParameter = 0.03;  // of the merit, the price of each further parameter
 
 ForesightFit renewed(const ForesightFit& start, const TraceRecords& records, double density,
@@ -35,8 +35,8 @@ ForesightFit renewed(const ForesightFit& start, const TraceRecords& records, dou
 
 Explained with_errors(ForesightFit fit, const TraceRecords& records) {
   Explained result;
-  result.estimation = foresight_errors(fit.model, fit.x0, records.estimation, records.propagation,
-                                       fit.left_out);
+  result.estimation =
+      foresight_errors(fit.model, fit.x0, records.estimation, records.propagation, fit.left_out);
   if (!records.validation.empty())
     result.validation = foresight_errors(
         fit.model, states_before(fit.model, records.validation, records.propagation),
@@ -53,8 +53,8 @@ Model only_new_unknown(const Model& more, const Model& fewer) {
   return model;
 }
 
-/// What comes out of a fit of an effect alone, as if all unknowns of `model` had been in it: those of
-/// `now` as they were, also where a block is left out.
+/// What comes out of a fit of an effect alone, as if all unknowns of `model` had been in it: those
+/// of `now` as they were, also where a block is left out.
 void complete(const Model& model, const ForesightFit& now, ForesightFit& fit) {
   const std::vector<int> fitted = fit.model.unknowns();
   std::vector<double> sd;
@@ -121,8 +121,8 @@ void keep_best(std::vector<Begun>& begun) {
   begun = std::move(kept);
 }
 
-/// The first half of each piece, or five seconds if that is more: enough to tell a good start from a
-/// bad one.
+/// The first half of each piece, or five seconds if that is more: enough to tell a good start from
+/// a bad one.
 std::vector<Record> beginnings(std::vector<Record> pieces) {
   constexpr double kEnoughS = 5.0;
   for (Record& piece : pieces) {
@@ -168,13 +168,13 @@ ForesightFit fit_on(const Explained& now, const Model& model, const StatesOfPiec
   return fit;
 }
 
-/// Every effect from its most promising starts on each base; the best of each, most promising first.
+/// Every effect from its most promising starts on each base; the best of each, most promising
+/// first.
 std::vector<Begun> begun_fits(const Explained& now, const std::vector<Trial>& trials,
                               const std::vector<ForesightFit>& bases, const TraceRecords& records,
                               double density) {
   const std::vector<Record> first_parts = beginnings(records.estimation);
-  const std::size_t of_each =
-      density > 0.0 ? std::max<std::size_t>(2, kStarts / bases.size()) : 1;
+  const std::size_t of_each = density > 0.0 ? std::max<std::size_t>(2, kStarts / bases.size()) : 1;
   std::vector<Start> starts;
   for (std::size_t base = 0; base < bases.size(); ++base)
     for (Start& start : starts_on(bases, base, trials, of_each, first_parts, records))
@@ -255,9 +255,9 @@ void judge(const Explained& now, const TraceRecords& records, const Looks& looks
   const Distance from_none = distance_from_none(refit.trial, now.fit.model, fit);
   evidence.statistic = from_none.squared;
   if (from_none.directions > 0)
-    evidence.p_value = corrected(
-        hotelling_tail(from_none.squared, from_none.directions, kScatterFreedom),
-        refit.trial.effect, looks);
+    evidence.p_value =
+        corrected(hotelling_tail(from_none.squared, from_none.directions, kScatterFreedom),
+                  refit.trial.effect, looks);
   evidence.at_bound = shape_at_bound(fit.model);
   refit.parameters = static_cast<int>(fit.model.unknowns().size()) -
                      static_cast<int>(now.fit.model.unknowns().size());
@@ -321,27 +321,24 @@ Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords
     if (Parameter& p = soft.parameter(name); !p.known) p.value *= factor;
   const std::vector<Model> starts{fitted_model, model, soft};
   std::vector<Explained> minima(starts.size());
-  for_each_job(records.threads, static_cast<int>(starts.size()), [&](int i) {
-    minima[i] = explained(starts[i], {}, records, kForesightDensity);
-  });
+  for_each_job(records.threads, static_cast<int>(starts.size()),
+               [&](int i) { minima[i] = explained(starts[i], {}, records, kForesightDensity); });
   const auto level = [](const Explained& e) { return e.estimation.level(); };
   std::ranges::stable_sort(minima, {}, level);
-  const auto same =
-      std::ranges::unique(minima, [&](const Explained& a, const Explained& b) {
-        return level(b) < level(a) + kSameLevel || !std::isfinite(b.fit.cost);
-      });
+  const auto same = std::ranges::unique(minima, [&](const Explained& a, const Explained& b) {
+    return level(b) < level(a) + kSameLevel || !std::isfinite(b.fit.cost);
+  });
   minima.erase(same.begin(), same.end());
   Bases bases{minima.front(), {}};
   for (const Explained& minimum : minima) bases.all.push_back(minimum.fit);
   for (const Model* given : {&model, &fitted_model})
-    bases.all.push_back(fit_foresight(*given, {}, records.estimation, records.propagation,
-                                      kForesightDensity, 0));
+    bases.all.push_back(
+        fit_foresight(*given, {}, records.estimation, records.propagation, kForesightDensity, 0));
   return bases;
 }
 
 double Refit::merit() const {
-  return evidence.merit(shows_at) *
-         (1.0 - kPerParameter * (parameters - 1.0));
+  return evidence.merit(shows_at) * (1.0 - kPerParameter * (parameters - 1.0));
 }
 
 const Refit* best_found(const std::vector<Refit>& refits) {

@@ -29,8 +29,8 @@ struct Bases {
 };
 
 /// Minima of the model, from the plain fit's values, from those of the model, and from a soft arm,
-/// the best first; then the first two of these as they are, since in every minimum the arm may stand
-/// in for what is missing.
+/// the best first; then the first two of these as they are, since in every minimum the arm may
+/// stand in for what is missing.
 Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords& records);
 
 /// An effect, fitted on top of a model.
@@ -39,7 +39,7 @@ struct Refit {
   double density = kForesightDensity;  // that it was fitted at
   Explained explained;
   Evidence evidence;
-  int parameters = 1;    // that it adds to the unknowns
+  int parameters = 1;         // that it adds to the unknowns
   double gain_percent = 0.0;  // of the cost
   std::string refusal;        // empty: it counts as found
   Horizon shows_at = kLast;

@@ -19,15 +19,14 @@ namespace armukf {
 namespace {
 
 constexpr int kParts = 2 * kForesightBlocks;  // whose scatter tells the deviations
-constexpr int kPhases = 16;         // of an angle's period
+constexpr int kPhases = 16;                   // of an angle's period
 
 /// The filter settles within a second; of a short piece the second half counts in any case.
 std::size_t first_that_counts(const Record& piece) {
   constexpr double kSettledS = 1.0;
   const std::vector<Sample>& samples = piece.samples;
-  const auto settled = std::ranges::find_if(samples, [&](const Sample& sample) {
-    return sample.t >= samples.front().t + kSettledS;
-  });
+  const auto settled = std::ranges::find_if(
+      samples, [&](const Sample& sample) { return sample.t >= samples.front().t + kSettledS; });
   const auto count = static_cast<std::size_t>(settled - samples.begin());
   return std::min(std::max(count, samples.size() / 10), samples.size() / 2);
 }
@@ -99,8 +98,8 @@ void judge(const OutputError& error, const Variables& variables, const Minimum& 
   for (int block = 0; block < kForesightBlocks; ++block) {
     const Eigen::Index first = first_row(rows, block, kForesightBlocks);
     const auto its = at.J.middleRows(first, first_row(rows, block + 1, kForesightBlocks) - first);
-    Eigen::MatrixXd rest = scale.asDiagonal() * (fit.information - its.transpose() * its).eval() *
-                           scale.asDiagonal();
+    Eigen::MatrixXd rest =
+        scale.asDiagonal() * (fit.information - its.transpose() * its).eval() * scale.asDiagonal();
     rest.diagonal().array() += kRidge;
     const Eigen::VectorXd step =
         scale.asDiagonal() *
@@ -143,11 +142,13 @@ ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
   constexpr double kFirstRadius = 10.0;  // resonances are far from linear
   const InitialChoice choice = density > 0.0 ? prediction_choice(model) : all_free(model);
   const StatesOfPieces start = x0.empty() ? at_rest(model, pieces) : extended(x0, model);
-  const OutputError error(
-      model, pieces, choice, propagation,
-      density > 0.0 ? foresight_gains(model, start, pieces, propagation, density) : std::vector<Gains>{});
+  const OutputError error(model, pieces, choice, propagation,
+                          density > 0.0
+                              ? foresight_gains(model, start, pieces, propagation, density)
+                              : std::vector<Gains>{});
   const Variables variables = error.variables_of_model(start);
-  const Minimum minimum = search(error, variables, kInfinite, {iterations, kTolerance, kFirstRadius});
+  const Minimum minimum =
+      search(error, variables, kInfinite, {iterations, kTolerance, kFirstRadius});
   ForesightFit fit;
   fit.model = error.model_at(minimum.z.data());
   fit.cost = minimum.cost;
@@ -172,8 +173,8 @@ ForesightErrors foresight_errors(const Model& model, const StatesOfPieces& x0,
     PartModels parts{left_out, std::vector<int>(samples.size())};
     for (std::size_t k = 0; k < samples.size(); ++k)
       parts.part[k] = static_cast<int>((before + k) * kForesightBlocks / total);
-    const auto y = predictions_at(model, x0[e], samples, propagation, kForesightDensity, kHorizons,
-                                  parts);
+    const auto y =
+        predictions_at(model, x0[e], samples, propagation, kForesightDensity, kHorizons, parts);
     for (std::size_t h = 0; h < kHorizons.size(); ++h) {
       for (std::size_t k = first_that_counts(pieces[e]); k < samples.size(); ++k) {
         if (std::isnan(samples[k].y) || std::isnan(y[h][k])) continue;
@@ -247,7 +248,8 @@ Distance distance(const ForesightFit& fit, const std::vector<int>& positions,
                                          .solve(scaled(others, own))
                                          .transpose();
   const Eigen::MatrixXd left = scaled(own, own) - projection * scaled(others, own);
-  const Eigen::MatrixXd left_slopes = slopes(own, Eigen::all) - projection * slopes(others, Eigen::all);
+  const Eigen::MatrixXd left_slopes =
+      slopes(own, Eigen::all) - projection * slopes(others, Eigen::all);
   Eigen::VectorXd step(own.size());
   for (Eigen::Index k = 0; k < step.size(); ++k) {
     const auto at = std::ranges::find(positions, unknowns[own[k]]) - positions.begin();
@@ -255,7 +257,8 @@ Distance distance(const ForesightFit& fit, const std::vector<int>& positions,
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(left);
   const auto told =
-      (eigen.eigenvalues().array() > kTold * std::max(1e-12, eigen.eigenvalues().maxCoeff())).count();
+      (eigen.eigenvalues().array() > kTold * std::max(1e-12, eigen.eigenvalues().maxCoeff()))
+          .count();
   if (told == 0) return {};
   const Eigen::MatrixXd directions = eigen.eigenvectors().rightCols(told);
   const Eigen::VectorXd score = directions.transpose() * (left * step);

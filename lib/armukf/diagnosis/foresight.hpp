@@ -37,19 +37,19 @@ struct HalfEstimates {
 /// A model fitted to the pieces of a record.
 struct ForesightFit {
   Model model;
-  StatesOfPieces x0;       // at each piece's first sample
-  double cost = 0.0;       // half the sum of squared errors, one sample ahead each over its deviation
+  StatesOfPieces x0;  // at each piece's first sample
+  double cost = 0.0;  // half the sum of squared errors, one sample ahead each over its deviation
   std::vector<double> sd;  // of the model's unknowns, in their order, by how they scatter from one
                            // sixteenth of the samples to the next
-  std::vector<Model> left_out;  // fitted without a block each, by one step from the minimum
-  std::vector<int> fitted;      // positions of what was unknown in this fit
-  Eigen::MatrixXd information;  // J'J of these, then of free initial states
-  Eigen::MatrixXd slopes;       // J'r of each sixteenth, a column each
+  std::vector<Model> left_out;          // fitted without a block each, by one step from the minimum
+  std::vector<int> fitted;              // positions of what was unknown in this fit
+  Eigen::MatrixXd information;          // J'J of these, then of free initial states
+  Eigen::MatrixXd slopes;               // J'r of each sixteenth, a column each
   std::array<HalfEstimates, 2> halves;  // of `fitted`
 };
 
-/// How far unknowns of a fit are from other values: Hotelling's T^2, by how the fit scatters from one
-/// sixteenth of the samples to the next, in the directions that the record can tell.
+/// How far unknowns of a fit are from other values: Hotelling's T^2, by how the fit scatters from
+/// one sixteenth of the samples to the next, in the directions that the record can tell.
 struct Distance {
   double squared = 0.0;
   int directions = 0;
@@ -58,8 +58,8 @@ Distance distance(const ForesightFit& fit, const std::vector<int>& positions,
                   const std::vector<double>& from);
 
 /// From the model's values and those initial states on (extended where the model has more).
-/// density: kForesightDensity or kSimulated. judged: with deviations and what is fitted without each
-/// block.
+/// density: kForesightDensity or kSimulated. judged: with deviations and what is fitted without
+/// each block.
 ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
                            const std::vector<Record>& pieces, const Propagation& propagation,
                            double density, int iterations, bool judged = false);
@@ -75,10 +75,9 @@ std::vector<Gains> foresight_gains(const Model& model, const StatesOfPieces& x0,
 inline constexpr std::array kHorizons{20, 200, 2000, 8000};
 enum Horizon { kNear, kMiddle, kFar, kLast };
 
-/// Mean squared errors (rad/s)^2 of predictions half that many to that many samples ahead, from past
-/// measurements alone; the first second of each piece does not count (at least a
-/// tenth, at most half of it). Over all, and by blocks. 1
-/// where no piece is that long.
+/// Mean squared errors (rad/s)^2 of predictions half that many to that many samples ahead, from
+/// past measurements alone; the first second of each piece does not count (at least a tenth, at
+/// most half of it). Over all, and by blocks. 1 where no piece is that long.
 struct ForesightErrors {
   std::array<double, kHorizons.size()> all{};
   std::array<std::array<double, kForesightBlocks>, kHorizons.size()> blocks{};

@@ -41,7 +41,9 @@ std::vector<std::string> rivals(const Refit& chosen, const std::vector<Refit>& r
   for (const Refit& refit : refits) {
     const std::string name = family_of(refit.trial.effect);
     if (name == family_of(chosen.trial.effect)) continue;
-    if (refit.evidence.merit(chosen.shows_at) < kNearlyAsGood * chosen.evidence.merit(chosen.shows_at)) continue;
+    if (refit.evidence.merit(chosen.shows_at) <
+        kNearlyAsGood * chosen.evidence.merit(chosen.shows_at))
+      continue;
     if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
   return names;
@@ -138,9 +140,8 @@ FittedModel without_each_block(const FittedModel& fit, const TraceRecords& recor
 
 /// What judges, and how the fitted model does there.
 FittedModel judged(const FittedModel& fit, const TraceRecords& records) {
-  return records.validation.empty()
-             ? without_each_block(fit, records)
-             : placed(fit.model, records.validation, records.propagation);
+  return records.validation.empty() ? without_each_block(fit, records)
+                                    : placed(fit.model, records.validation, records.propagation);
 }
 
 FittedModel plain(const Explained& now, const TraceRecords& records) {
@@ -335,6 +336,7 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
   say("base fit", 0.0);
   diagnosis.base = base_fit(model, records.estimation, settings.propagation, settings.threads);
   check_fit(diagnosis.base.best, estimation, "the model, fitted to it,");
+  diagnosis.validated = !validation.empty();
   diagnosis.judges = validation.empty() ? blocks_of(records.estimation).pieces : records.validation;
   Simulated simulated{diagnosis.base.best, judged(diagnosis.base.best, records)};
   check_fit(simulated.validation, validation.empty() ? estimation : validation,
@@ -347,8 +349,8 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
   Held held;
   for (int round = 1; round <= settings.most_effects; ++round) {
     say(fmt::format("round {}", round), static_cast<double>(round) / (settings.most_effects + 2));
-    Contest found = contest(now, bases, simulated.estimation, records, kForesightDensity,
-                            settings.acceptance);
+    Contest found =
+        contest(now, bases, simulated.estimation, records, kForesightDensity, settings.acceptance);
     const Refit* chosen = best_found(found.refits);
     if (chosen == nullptr || chosen->shows_at > kMiddle) {
       Contest slow =

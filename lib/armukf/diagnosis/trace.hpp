@@ -43,8 +43,8 @@ struct FoundEffect {
   std::vector<std::string> confused_with;  // families that explain nearly as much in its stead
 };
 
-/// What several parts of the data say of a parameter of the completed model, and the chance that they
-/// differ as much where it is the same in all.
+/// What several parts of the data say of a parameter of the completed model, and the chance that
+/// they differ as much where it is the same in all.
 struct Consistency {
   std::string parameter;
   std::string between;         // "halves" of the estimation records, or "records"
@@ -59,8 +59,9 @@ std::string_view name_of(Verdict verdict);
 /// What a model lacks, as far as two records of the arm tell.
 struct Diagnosis {
   BaseFit base;
-  FittedModel after;  // on the pieces of the estimation records
-  std::vector<Record> judges;  // pieces of the validation records, or the blocks left out in turn
+  FittedModel after;            // on the pieces of the estimation records
+  std::vector<Record> judges;   // pieces of the validation records, or the blocks left out in turn
+  bool validated = false;       // by records of their own
   FittedModel base_validation;  // on these
   FittedModel after_validation;
   Measures before_estimation, before_validation, after_estimation, after_validation_measures;
@@ -90,8 +91,8 @@ bool does_as_well(double mse, double other, double share);
 /// every effect of the catalogue, judges the best of them by predictions from past measurements
 /// (AcceptanceSettings), and adds the one that explains most; then again on top of it. At the end
 /// each effect found is tried for removal. Predictions are of blocks of the estimation records by a
-/// model that was fitted without them, and of the validation records where there are any. Each piece
-/// of a record between its gaps (pieces_of) counts as a record of its own.
+/// model that was fitted without them, and of the validation records where there are any. Each
+/// piece of a record between its gaps (pieces_of) counts as a record of its own.
 ///
 /// Throws InputError where records are too short, excite too little, or are of another arm, and
 /// where both are the same.

@@ -47,8 +47,7 @@ void check_length(const std::vector<Record>& records, const std::vector<Record>&
 
 bool same_samples(const Record& a, const Record& b) {
   return std::ranges::equal(a.samples, b.samples, [](const Sample& one, const Sample& other) {
-    return one.u == other.u &&
-           (one.y == other.y || (std::isnan(one.y) && std::isnan(other.y)));
+    return one.u == other.u && (one.y == other.y || (std::isnan(one.y) && std::isnan(other.y)));
   });
 }
 

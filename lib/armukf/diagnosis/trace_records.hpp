@@ -15,8 +15,8 @@ struct TraceRecords {
   int threads = 0;
 };
 
-/// Throws InputError where records are too short or excite too little, and where a record of both is
-/// the same.
+/// Throws InputError where records are too short or excite too little, and where a record of both
+/// is the same.
 TraceRecords trace_records(const std::vector<Record>& estimation,
                            const std::vector<Record>& validation, const Propagation& propagation,
                            double longest_gap_s, int threads);

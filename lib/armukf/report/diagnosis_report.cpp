@@ -132,7 +132,8 @@ std::string measures_text(const Diagnosis& d) {
     text += measures_row(fmt::format("{}: Ljung-Box p", of), before.ljung_box_p, after.ljung_box_p);
   };
   rows("estimation", d.before_estimation, d.after_estimation);
-  rows("validation", d.before_validation, d.after_validation_measures);
+  rows(d.validated ? "validation" : "blocks left out", d.before_validation,
+       d.after_validation_measures);
   return text;
 }
 
@@ -149,10 +150,10 @@ std::string experiment_for(const FoundEffect& effect) {
 }
 
 std::string effect_text(const Diagnosis& d, const FoundEffect& effect) {
-  std::string text =
-      fmt::format("  {}: validation error {:.1f} % lower{}, p {:.2g}\n", effect.effect,
-                  effect.mse_reduction_percent,
-                  d.after.model.has_angle() ? " over the measured angle" : "", effect.p_value);
+  std::string text = fmt::format(
+      "  {}: {} {:.1f} % lower{}, p {:.2g}\n", effect.effect,
+      d.validated ? "validation error" : "error of blocks left out", effect.mse_reduction_percent,
+      d.after.model.has_angle() ? " over the measured angle" : "", effect.p_value);
   for (const int i : parameters_of_effect(d.after.model, effect.effect)) {
     const Parameter& p = d.after.model.parameters[i];
     text += fmt::format("    {:<26} {:>12.6g} ± {:<9.2g} {}\n", p.name, p.value,
@@ -165,8 +166,8 @@ std::string effect_text(const Diagnosis& d, const FoundEffect& effect) {
 }
 
 std::string candidates_text(const Diagnosis& d) {
-  std::string text = fmt::format("  {:<5} {:<24} {:>10} {:>12} {:>10} {:>14}\n", "round",
-                                 "candidate", "gain, %", "statistic", "p", "validation MSE");
+  std::string text =
+      fmt::format("  {:<5} {:<24} {:>10} {:>10}\n", "round", "candidate", "statistic", "p");
   constexpr int kShown = 6;  // of each round
   int shown = 0;
   int round = 0;
@@ -174,11 +175,8 @@ std::string candidates_text(const Diagnosis& d) {
     shown = c.round == round ? shown + 1 : 0;
     round = c.round;
     if (shown >= kShown && !c.accepted) continue;
-    text += fmt::format(
-        "  {:<5} {:<24} {:>10.2f} {:>12.4g} {:>10.2g} {:>14}{}\n", c.round, c.effect,
-        c.gain_percent, c.statistic, c.p_value,
-        c.refitted_validation > 0.0 ? fmt::format("{:.5g}", c.refitted_validation) : "-",
-        c.accepted ? "  accepted" : "");
+    text += fmt::format("  {:<5} {:<24} {:>10.4g} {:>10.2g}  {}\n", c.round, c.effect, c.statistic,
+                        c.p_value, c.accepted ? "accepted" : c.refused_because);
   }
   return text;
 }

@@ -1,0 +1,84 @@
+#include "armukf/diagnosis/acceptance.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace armukf {
+namespace {
+
+/// Errors that are 1 in each block and at each horizon.
+ForesightErrors ones() {
+  ForesightErrors errors;
+  errors.all.fill(1.0);
+  for (auto& blocks : errors.blocks) blocks.fill(1.0);
+  return errors;
+}
+
+/// A size far from none, and errors at that horizon lower by that share, a bit unevenly.
+Evidence lower_at(Horizon horizon, double share) {
+  Evidence evidence;
+  evidence.p_value = 1e-6;
+  Witness witness{"a record", ones(), ones()};
+  witness.after.all[horizon] = 1.0 - share;
+  for (int b = 0; b < kForesightBlocks; ++b)
+    witness.after.blocks[horizon][b] = 1.0 - share * (b % 2 == 0 ? 0.9 : 1.1);
+  evidence.witnesses.push_back(witness);
+  return evidence;
+}
+
+TEST(Acceptance, TakesWhatHelpsSteadilyAtOneHorizon) {
+  for (const Horizon horizon : {kMiddle, kFar, kLast}) {
+    const Evidence evidence = lower_at(horizon, 0.2);
+    EXPECT_EQ(refusal(evidence, {}), "") << horizon;
+    EXPECT_EQ(shows_at(evidence, {}), horizon);
+    EXPECT_GT(evidence.merit(horizon), 0.0);
+  }
+  EXPECT_NE(refusal(lower_at(kNear, 0.2), {}), "");
+}
+
+TEST(Acceptance, RefusesASizeThatMayBeChance) {
+  Evidence evidence = lower_at(kMiddle, 0.2);
+  evidence.p_value = 0.5;
+  EXPECT_EQ(refusal(evidence, {}), "its size may be chance: p 0.5, given all that was looked at");
+}
+
+TEST(Acceptance, RefusesWhatHelpsInOneStretchOnly) {
+  Evidence evidence = lower_at(kFar, 0.2);
+  evidence.witnesses[0].after.blocks[kFar].fill(0.999);
+  evidence.witnesses[0].after.blocks[kFar][3] = 0.01;  // all of the help; no block gets worse
+  EXPECT_EQ(evidence.witnesses[0].better_blocks(kFar), kForesightBlocks);
+  EXPECT_LT(evidence.witnesses[0].steadiness(kFar), 1.1);
+  EXPECT_NE(refusal(evidence, {}), "");
+}
+
+TEST(Acceptance, RefusesHarmAtAShorterHorizon) {
+  for (const Horizon shorter : {kNear, kMiddle}) {
+    Evidence evidence = lower_at(kFar, 0.2);
+    evidence.witnesses[0].after.all[shorter] = 1.1;
+    EXPECT_NE(refusal(evidence, {}), "") << shorter;
+  }
+}
+
+TEST(Acceptance, AsksEveryWitness) {
+  Evidence evidence = lower_at(kMiddle, 0.2);
+  evidence.witnesses.push_back({"another record", ones(), ones()});
+  EXPECT_NE(refusal(evidence, {}).find("another record"), std::string::npos);
+}
+
+TEST(Acceptance, RefusesAShapeThatIsPressedAgainstItsBound) {
+  Evidence evidence = lower_at(kMiddle, 0.2);
+  evidence.at_bound = "mode_motor_damping";
+  EXPECT_NE(refusal(evidence, {}).find("mode_motor_damping"), std::string::npos);
+}
+
+TEST(Acceptance, NeedsNoBlockThatSaysNothing) {
+  Evidence evidence = lower_at(kFar, 0.2);
+  Witness& witness = evidence.witnesses[0];
+  witness.before.blocks[kFar][0] = witness.after.blocks[kFar][0] = 0.0;
+  EXPECT_EQ(witness.blocks(kFar), kForesightBlocks - 1);
+  EXPECT_EQ(refusal(evidence, {}), "");
+}
+
+}  // namespace
+}  // namespace armukf

@@ -1,0 +1,101 @@
+#include "armukf/diagnosis/foresight.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "armukf/batch/experiment.hpp"
+#include "armukf/batch/prediction.hpp"
+#include "armukf/diagnosis/trace_records.hpp"
+#include "armukf/model/plant.hpp"
+
+namespace armukf {
+namespace {
+
+Record record_of(const Model& model, int samples, double noise = 0.1) {
+  ExperimentSettings settings;
+  settings.samples = samples;
+  settings.sensor_noise = noise;
+  return simulate_experiment(model, settings).record;
+}
+
+TEST(PredictionsAt, LookAheadByHalfToAllOfTheHorizon) {
+  const Model truth = published_estimate();
+  const Record record = record_of(truth, 6000, 0.0);
+  constexpr std::array kFew{20, 200};
+  const std::vector<double> rest(kArmStates, record.samples[0].y);
+  const auto y = predictions_at(truth, rest, record.samples, {}, kForesightDensity, kFew);
+  for (std::size_t h = 0; h < kFew.size(); ++h)
+    for (std::size_t k = 0; k < y[h].size(); ++k)
+      EXPECT_EQ(std::isnan(y[h][k]), k <= static_cast<std::size_t>(kFew[h]) / 2) << h << ' ' << k;
+  // Without noise, and once the states are found, the truth foretells what comes.
+  EXPECT_NEAR(y[0].back(), record.samples.back().y, 0.05);
+}
+
+TEST(PredictionsAt, UseTheModelOfTheirPart) {
+  const Model truth = published_estimate();
+  Model other = truth;
+  other.parameter("Fc").value *= 3.0;
+  const Record record = record_of(truth, 800, 0.0);
+  const std::vector<double> rest(kArmStates, 0.0);
+  constexpr std::array kOne{40};
+  PartModels parts{{truth, other}, std::vector<int>(800, 0)};
+  std::fill(parts.part.begin() + 400, parts.part.end(), 1);
+  const auto mixed =
+      predictions_at(truth, rest, record.samples, {}, kForesightDensity, kOne, parts);
+  const auto plain = predictions_at(truth, rest, record.samples, {}, kForesightDensity, kOne);
+  for (std::size_t k = 21; k < 400; ++k) EXPECT_EQ(mixed[0][k], plain[0][k]) << k;
+  double apart = 0.0;
+  for (std::size_t k = 401; k < 800; ++k) apart += std::abs(mixed[0][k] - plain[0][k]);
+  EXPECT_GT(apart, 10.0);
+}
+
+TEST(FitForesight, TellsParametersAndHowFarTheyAre) {
+  const Model truth = published_estimate();
+  const std::vector<Record> pieces{record_of(truth, 3000)};
+  const ForesightFit fit = fit_foresight(truth, {}, pieces, {}, kForesightDensity, 20, true);
+  ASSERT_EQ(fit.sd.size(), fit.fitted.size());
+  ASSERT_EQ(fit.left_out.size(), static_cast<std::size_t>(kForesightBlocks));
+  const int motor = truth.index_of("a_m");
+  const Distance near = distance(fit, {motor}, {truth.parameters[motor].value});
+  const Distance far = distance(fit, {motor}, {1.5 * truth.parameters[motor].value});
+  EXPECT_EQ(near.directions, 1);
+  EXPECT_LT(near.squared, 30.0);
+  EXPECT_GT(far.squared, 1000.0);
+  // One direction: the parameter's own deviation says the same.
+  const auto at = std::ranges::find(fit.fitted, motor) - fit.fitted.begin();
+  const double off = fit.model.parameters[motor].value - 1.5 * truth.parameters[motor].value;
+  EXPECT_NEAR(far.squared / std::pow(off / fit.sd[at], 2), 1.0, 0.01);
+  for (const Model& model : fit.left_out)
+    EXPECT_NEAR(model.parameters[motor].value / truth.parameters[motor].value, 1.0, 0.05);
+  for (const HalfEstimates& half : fit.halves)
+    EXPECT_NEAR(half.values[at] / truth.parameters[motor].value, 1.0, 0.05);
+}
+
+TEST(ForesightErrors, AreThoseOfTheNoiseForTheTruth) {
+  const Model truth = published_estimate();
+  const std::vector<Record> pieces{record_of(truth, 6000)};
+  const ForesightErrors errors =
+      foresight_errors(truth, states_before(truth, pieces, {}), pieces, {});
+  for (const Horizon h : {kNear, kMiddle}) EXPECT_NEAR(errors.all[h], 0.01, 0.004) << h;
+  Model other = truth;
+  other.parameter("k_a").value *= 1.5;
+  EXPECT_GT(foresight_errors(other, states_before(other, pieces, {}), pieces, {}).level(),
+            errors.level() + 1.0);
+}
+
+TEST(Blocks, AreEighthsOfAllPieces) {
+  const Model truth = published_estimate();
+  Record one = record_of(truth, 1000);
+  Record two = one;
+  two.samples.resize(600);
+  const Blocks blocks = blocks_of({one, two});
+  std::size_t samples = 0;
+  for (const Record& piece : blocks.pieces) samples += piece.samples.size();
+  EXPECT_EQ(samples, 1600U);
+  EXPECT_EQ(blocks.pieces.size(), 8U);  // of 200 samples: the gap falls between two of them
+  EXPECT_EQ(blocks.block.back(), kForesightBlocks - 1);
+}
+
+}  // namespace
+}  // namespace armukf
