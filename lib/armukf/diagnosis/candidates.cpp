@@ -325,10 +325,10 @@ Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords
                [&](int i) { minima[i] = explained(starts[i], {}, records, kForesightDensity); });
   const auto level = [](const Explained& e) { return e.estimation.level(); };
   std::ranges::stable_sort(minima, {}, level);
-  const auto same = std::ranges::unique(minima, [&](const Explained& a, const Explained& b) {
+  const auto same = [&](const Explained& a, const Explained& b) {
     return level(b) < level(a) + kSameLevel || !std::isfinite(b.fit.cost);
-  });
-  minima.erase(same.begin(), same.end());
+  };
+  minima.erase(std::unique(minima.begin(), minima.end(), same), minima.end());
   Bases bases{minima.front(), {}};
   for (const Explained& minimum : minima) bases.all.push_back(minimum.fit);
   for (const Model* given : {&model, &fitted_model})
