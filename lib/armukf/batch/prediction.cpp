@@ -268,8 +268,8 @@ std::vector<std::vector<double>> predictions_at(const Setting& setting, Shape sh
   std::deque<Step<double>> steps;
   for (std::size_t i = 0; i < std::max<std::size_t>(1, parts.models.size()); ++i) {
     const Model& model = parts.models.empty() ? setting.model : parts.models[i];
-    steps.emplace_back(
-        settings.emplace_back(model, setting.x0, setting.samples, setting.propagation));
+    settings.push_back({model, setting.x0, setting.samples, setting.propagation});
+    steps.emplace_back(settings.back());
   }
   const auto part_of = [&](std::size_t k) { return parts.models.empty() ? 0 : parts.part[k]; };
   std::vector<std::vector<double>> all(horizons.size(), std::vector<double>(n, kNaN));
