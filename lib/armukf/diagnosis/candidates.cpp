@@ -315,6 +315,23 @@ Explained explained(const Model& model, const StatesOfPieces& x0, const TraceRec
   return with_errors(fit_to_end(model, x0, records, density, true), records);
 }
 
+Explained best_explained(const ForesightFit& fit, const std::vector<ForesightFit>& bases,
+                         const TraceRecords& records) {
+  std::vector<Model> starts{fit.model};
+  for (const ForesightFit& base : bases) {
+    Model& start = starts.emplace_back(fit.model);
+    for (const int i : base.model.unknowns())
+      if (!start.parameters[i].known) start.parameters[i].value = base.model.parameters[i].value;
+  }
+  std::vector<Explained> found(starts.size());
+  for_each_job(records.threads, static_cast<int>(starts.size()),
+               [&](int i) { found[i] = explained(starts[i], fit.x0, records, kForesightDensity); });
+  Explained* best = &found.front();
+  for (Explained& other : found)
+    if (other.estimation.level() < best->estimation.level() - kBetterMinimum) best = &other;
+  return std::move(*best);
+}
+
 Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords& records) {
   Model soft = model;
   for (const auto& [name, factor] : soft_start())

@@ -22,6 +22,11 @@ struct Explained {
 Explained explained(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
                     double density);
 
+/// The best of what fits end with: from there on, and from there with what the model shares with
+/// each base as it is there. A minimum without an effect may lead to a poor one with it.
+Explained best_explained(const ForesightFit& fit, const std::vector<ForesightFit>& bases,
+                         const TraceRecords& records);
+
 /// What effects are tried on top of at first.
 struct Bases {
   Explained best;

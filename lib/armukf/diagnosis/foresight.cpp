@@ -44,10 +44,11 @@ Eigen::Index first_row(Eigen::Index rows, int part, int parts) { return rows * p
 /// One Gauss-Newton step on a half of the rows; what that half cannot tell stays, with an infinite
 /// deviation.
 HalfEstimates half_estimates(const OutputError& error, const Minimum& minimum,
-                             const JacobianMatrix& J, const Eigen::MatrixXd& slopes, int half) {
-  const Eigen::Index first = first_row(J.rows(), half, 2);
-  const Eigen::MatrixXd inverse =
-      inverse_information(J.middleRows(first, first_row(J.rows(), half + 1, 2) - first));
+                             const JacobianMatrix& jacobian, const Eigen::MatrixXd& slopes,
+                             int half) {
+  const Eigen::Index first = first_row(jacobian.rows(), half, 2);
+  const Eigen::MatrixXd inverse = inverse_information(
+      jacobian.middleRows(first, first_row(jacobian.rows(), half + 1, 2) - first));
   const Eigen::Index parts = slopes.cols() / 2;
   const Eigen::MatrixXd its = slopes.middleCols(half * parts, parts);
   const Eigen::VectorXd mean = its.rowwise().mean();

@@ -362,7 +362,7 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
     if (chosen == nullptr) break;
     ForesightFit fit = chosen->explained.fit;
     if (chosen->density == kSimulated) hold(*chosen, now.fit.model, fit, held);
-    now = explained(fit.model, fit.x0, records, kForesightDensity);
+    now = best_explained(fit, first.all, records);
     bases = {now.fit};
     const double before = simulated.validation.mse;
     simulated.estimation = plain(now, records);
