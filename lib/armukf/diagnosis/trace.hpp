@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "armukf/core/record.hpp"
-#include "armukf/diagnosis/acceptance.hpp"
+#include "armukf/diagnosis/acceptance_settings.hpp"
 #include "armukf/diagnosis/base_fit.hpp"
 #include "armukf/model/model.hpp"
 #include "armukf/ode/propagation.hpp"
