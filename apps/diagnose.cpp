@@ -102,8 +102,10 @@ void add_diagnose(CLI::App& program) {
       "each,\n"
       "that are left out of the fit in turn.\n"
       "Every effect is fitted to the predictions one sample ahead, and accepted where its size is\n"
-      "far from none and where predictions of 0.1 or 1 s from past measurements alone get better,\n"
-      "in every judge and on most parts of it. p-values count all that was looked at: every\n"
+      "far from none and where predictions of 200, 2000 or 8000 samples from past measurements "
+      "alone\n"
+      "get better, in every judge and on most parts of it. p-values count all that was looked at: "
+      "every\n"
       "candidate, and every line of the spectra that harmonics and frequencies come from.\n"
       "Before and after also tell the free simulation where an effect follows the motor's angle.");
   const auto o = std::make_shared<DiagnoseOptions>();

@@ -75,12 +75,12 @@ def ranking(candidates):
     figure, axes = plt.subplots(1, len(rounds), figsize=(max(5, 3.6 * len(rounds)), 4), squeeze=False)
     for axis, number in zip(axes.flat, rounds):
         shown = sorted((c for c in candidates if c["round"] == number),
-                       key=lambda c: c["gain_percent"])[-MOST_CANDIDATES:]
+                       key=lambda c: c["help_percent"])[-MOST_CANDIDATES:]
         colours = [AFTER if c["accepted"] else BAND for c in shown]
-        axis.barh([title_of(c) for c in shown], [c["gain_percent"] for c in shown], color=colours)
+        axis.barh([title_of(c) for c in shown], [c["help_percent"] for c in shown], color=colours)
         axis.tick_params(labelsize=7)
         axis.set_title(f"round {number}", fontsize=10)
-        axis.set_xlabel("gain of one step,\n% of the squared error", fontsize=8)
+        axis.set_xlabel("fall of the squared error\nof predictions, %", fontsize=8)
     return figure
 
 

@@ -15,11 +15,10 @@ Evaluation evaluated(const Model& model, const std::vector<Sample>& samples,
 }
 
 Record experiment(double sensor_noise, double torque_disturbance) {
-  ExperimentSettings settings;
-  settings.samples = 3000;
-  settings.sensor_noise = sensor_noise;
-  settings.torque_disturbance = torque_disturbance;
-  return simulate_experiment(published_estimate(), settings).record;
+  return simulate_experiment(published_estimate(), {.samples = 3000,
+                                                    .sensor_noise = sensor_noise,
+                                                    .torque_disturbance = torque_disturbance})
+      .record;
 }
 
 EvaluateSettings ahead(std::optional<int> horizon) {

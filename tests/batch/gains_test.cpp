@@ -14,11 +14,9 @@ namespace {
 
 /// A quarter of a second of the published experiment, a torque noise in it that is not in u.
 std::vector<Sample> noisy_samples(int samples = 500) {
-  ExperimentSettings settings;
-  settings.samples = samples;
-  settings.sensor_noise = 0.1;
-  settings.torque_disturbance = 0.5;
-  return simulate_experiment(published_estimate(), settings).record.samples;
+  return simulate_experiment(published_estimate(),
+                             {.samples = samples, .sensor_noise = 0.1, .torque_disturbance = 0.5})
+      .record.samples;
 }
 
 std::vector<double> rest(const Model& model, const std::vector<Sample>& samples) {

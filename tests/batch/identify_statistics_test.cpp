@@ -14,9 +14,7 @@ namespace {
 constexpr double kNoise = 0.05;  // rad/s
 
 Record noiseless(std::uint64_t seed) {
-  ExperimentSettings settings;
-  settings.seed = seed;
-  return simulate_experiment(published_estimate(), settings).record;
+  return simulate_experiment(published_estimate(), {.seed = seed}).record;
 }
 
 /// Adds first-order noise of the given pole to the measured speed.

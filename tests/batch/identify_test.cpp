@@ -12,11 +12,9 @@ namespace armukf {
 namespace {
 
 Record experiment(int samples, double sensor_noise, std::uint64_t seed = 1) {
-  ExperimentSettings settings;
-  settings.samples = samples;
-  settings.sensor_noise = sensor_noise;
-  settings.seed = seed;
-  return simulate_experiment(published_estimate(), settings).record;
+  return simulate_experiment(published_estimate(),
+                             {.seed = seed, .samples = samples, .sensor_noise = sensor_noise})
+      .record;
 }
 
 IdentifySettings free_states() {

@@ -22,11 +22,8 @@ Model without_damping(Model model) {
 }
 
 Record experiment(const Model& model, ExperimentKind kind, int samples) {
-  ExperimentSettings settings;
-  settings.kind = kind;
-  settings.samples = samples;
-  settings.sensor_noise = 0.05;
-  return simulate_experiment(model, settings).record;
+  return simulate_experiment(model, {.kind = kind, .samples = samples, .sensor_noise = 0.05})
+      .record;
 }
 
 std::string refusal(const auto& action) {

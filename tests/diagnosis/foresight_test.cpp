@@ -13,10 +13,7 @@ namespace armukf {
 namespace {
 
 Record record_of(const Model& model, int samples, double noise = 0.1) {
-  ExperimentSettings settings;
-  settings.samples = samples;
-  settings.sensor_noise = noise;
-  return simulate_experiment(model, settings).record;
+  return simulate_experiment(model, {.samples = samples, .sensor_noise = noise}).record;
 }
 
 TEST(PredictionsAt, LookAheadByHalfToAllOfTheHorizon) {

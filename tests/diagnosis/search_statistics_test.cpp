@@ -1,42 +1,27 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <random>
+#include <string>
 
-#include "armukf/batch/experiment.hpp"
-#include "armukf/diagnosis/search.hpp"
+#include "armukf/core/residual_tests.hpp"
+#include "armukf/core/statistics.hpp"
+#include "armukf/diagnosis/foresight.hpp"
+#include "armukf/diagnosis/score.hpp"
+#include "armukf/diagnosis/trial.hpp"
+#include "diagnosis/noisy_record.hpp"
 
 namespace armukf {
 namespace {
 
-/// A record of an arm that lacks nothing: driven as in the published study, with first-order noise
-/// on the sensor that the controller does not see.
-SimulatedExperiment null_experiment(double pole, unsigned seed) {
-  constexpr double kNoise = 0.1;  // rad/s
-  ExperimentSettings settings;
-  settings.seed = seed;
-  settings.samples = 1000;
-  SimulatedExperiment experiment = simulate_experiment(published_estimate(), settings);
-  std::mt19937_64 generator(seed);
-  std::normal_distribution<double> normal;
-  double e = kNoise * normal(generator);
-  for (Sample& sample : experiment.record.samples) {
-    sample.y += e;
-    e = pole * e + kNoise * std::sqrt(1.0 - pole * pole) * normal(generator);
-  }
-  return experiment;
-}
+constexpr unsigned kRecords = 200;
+constexpr int kSamples = 4000;
 
-/// p of the candidate that looks best of all. The fit starts at the truth: a poor minimum has
-/// something to explain.
-double least_p(const SimulatedExperiment& experiment) {
-  const Record& record = experiment.record;
-  const FittedModel fit = fitted(published_estimate(), {experiment.states[0]}, {record}, {}, 50);
-  double least = 1.0;
-  for (const Scored& scored : best_trials(fit, {record}, {}))
-    least = std::min(least, scored.p_value);
-  return least;
+/// Of an arm that lacks nothing.
+std::vector<Record> null_record(unsigned seed) {
+  return {noisy_record(published_estimate(), kSamples, std::array{0.0, 0.1, 0.3}[seed % 3],
+                       std::array{0.0, 0.5, 0.9}[seed / 3 % 3], seed)};
 }
 
 /// How far more of the values lie below any p than a share p of them.
@@ -59,16 +44,47 @@ std::string histogram(const std::vector<double>& values) {
 }
 
 /// P(excess > d) < exp(-2 n d^2) if the values are uniform or above (Dvoretzky, Kiefer, Wolfowitz).
-TEST(BestTrialsStatistics, PValuesOfNullRecordsAreUniformOrAbove) {
-  constexpr unsigned kRecords = 200;
+void expect_uniform_or_above(const std::vector<double>& values) {
   constexpr double kChance = 0.01;
-  std::vector<double> values;
-  for (unsigned seed = 1; seed <= kRecords; ++seed)
-    values.push_back(least_p(null_experiment(std::array{0.0, 0.9, 0.99}[seed % 3], seed)));
   EXPECT_LT(excess(values), std::sqrt(-std::log(kChance) / (2.0 * kRecords))) << histogram(values);
   // Of 200, more than 7 below 0.01 have a chance of 0.4 %.
   EXPECT_LE(std::ranges::count_if(values, [](double p) { return p < 0.01; }), 7)
       << histogram(values);
+}
+
+/// What `diagnose` accepts an effect by, before it counts what it looked at.
+TEST(NullStatistics, DistancesOfAnEffectFromNoneAreThoseOfChance) {
+  for (const char* effect : {"torque_gain", "load_dependent_friction"}) {
+    SCOPED_TRACE(effect);
+    std::vector<double> values;
+    const Trial trial = trials_of(effect, published_estimate(), {}).front();
+    for (unsigned seed = 1; seed <= kRecords; ++seed) {
+      const std::vector<Record> pieces = null_record(seed);
+      const ForesightFit fit =
+          fit_foresight(trial.model, {}, pieces, {}, kForesightDensity, 10, true);
+      const Distance d = distance(fit, trial.sizes, {0.0});
+      values.push_back(hotelling_tail(d.squared, d.directions, 2.0 * kForesightBlocks - 1.0));
+    }
+    expect_uniform_or_above(values);
+  }
+}
+
+/// What the verdict rests on: torques that might act besides.
+TEST(NullStatistics, ScoresOfTorquesAreThoseOfChance) {
+  std::vector<double> values;
+  for (unsigned seed = 1; seed <= kRecords; ++seed) {
+    const std::vector<Record> pieces = null_record(seed);
+    const ForesightFit fit =
+        fit_foresight(published_estimate(), {}, pieces, {}, kForesightDensity, 10);
+    const ScoreTest test(fit.model, fit.x0, pieces, {});
+    Eigen::MatrixXd torques(kSamples, 2);
+    for (int k = 0; k < kSamples; ++k) {
+      const double speed = test.prediction()[k];
+      torques.row(k) << std::tanh(speed / 0.5), std::abs(speed);
+    }
+    values.push_back(test(torques).p_value);
+  }
+  expect_uniform_or_above(values);
 }
 
 }  // namespace

@@ -16,11 +16,7 @@ namespace armukf {
 namespace {
 
 Record record_of(const Model& model, ExperimentKind kind, int samples = 8000) {
-  ExperimentSettings settings;
-  settings.kind = kind;
-  settings.samples = samples;
-  settings.sensor_noise = 0.1;
-  return simulate_experiment(model, settings).record;
+  return simulate_experiment(model, {.kind = kind, .samples = samples, .sensor_noise = 0.1}).record;
 }
 
 Diagnosis diagnosis_of(const Model& truth) {

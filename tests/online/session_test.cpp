@@ -20,10 +20,8 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<Sample> record(int samples) {
-  ExperimentSettings experiment;
-  experiment.samples = samples;
-  experiment.sensor_noise = 0.05;
-  return simulate_experiment(published_estimate(), experiment).record.samples;
+  return simulate_experiment(published_estimate(), {.samples = samples, .sensor_noise = 0.05})
+      .record.samples;
 }
 
 EstimatorSettings settings_of(std::string_view filter) {

@@ -29,11 +29,9 @@ EstimatorSettings honest(const std::string& filter) {
 }
 
 SimulatedExperiment experiment(int samples) {
-  ExperimentSettings settings;
-  settings.samples = samples;
-  settings.sensor_noise = kSensor;
-  settings.torque_disturbance = kDisturbance;
-  return simulate_experiment(published_estimate(), settings);
+  return simulate_experiment(
+      published_estimate(),
+      {.samples = samples, .sensor_noise = kSensor, .torque_disturbance = kDisturbance});
 }
 
 class Smoother : public ::testing::TestWithParam<const char*> {};

@@ -63,6 +63,7 @@ struct Task {
 struct Found {
   Model model;
   Minimum minimum;
+  StatesOfPieces x0;              // at the first sample of each record
   std::vector<Gains> gains;       // one per record, if it was for predictions
   std::optional<double> density;  // of the torque's noise, over the sensor's deviation
   double loss = kInfinite;        // -ln of the likelihood, but for what is the same for all
@@ -84,19 +85,10 @@ Found searched(const Model& model, const StatesOfPieces& x0, std::vector<Gains> 
   Found found;
   found.minimum = search(error, error.variables_of_model(x0), kInfinite, task.limits);
   found.model = error.model_at(found.minimum.z.data());
+  found.x0 = error.initial_states_at(found.minimum.z.data());
   found.loss = 0.5 * error.measured() * std::log(found.minimum.cost) + log_innovation_sd(gains);
   found.gains = std::move(gains);
   return found;
-}
-
-/// Initial states of each record, as that search left them.
-StatesOfPieces states_of(const Found& found, const Task& task) {
-  const OutputError error(found.model, task.records, task.settings.initial,
-                          task.settings.propagation, found.gains);
-  StatesOfPieces x0;
-  for (int e = 0; e < static_cast<int>(task.records.size()); ++e)
-    x0.push_back(error.initial_states_at(found.minimum.z.data(), e));
-  return x0;
 }
 
 std::vector<Gains> gains_at(const Model& model, const StatesOfPieces& x0, double density,
@@ -127,7 +119,7 @@ Found searched_for_predictions(const Model& start, const Task& task) {
     for (int round = 0; round < kRounds; ++round) {
       now = searched(now.model, x0, gains_at(now.model, x0, density, task), task);
       now.density = density;
-      x0 = states_of(now, task);
+      x0 = now.x0;
       iterations += now.minimum.iterations;
       evaluations += now.minimum.evaluations;
     }

@@ -108,6 +108,12 @@ std::vector<double> OutputError::initial_states_at(const double* v, int record) 
   return x0;
 }
 
+StatesOfPieces OutputError::initial_states_at(const double* v) const {
+  StatesOfPieces x0;
+  for (int e = 0; e < static_cast<int>(records_.size()); ++e) x0.push_back(initial_states_at(v, e));
+  return x0;
+}
+
 OutputError::Evaluation OutputError::evaluate(const double* v) const {
   const Model model = model_at(v);
   Evaluation all{.valid = model.is_physical(model.values()), .r = Eigen::VectorXd(rows_), .J = {}};

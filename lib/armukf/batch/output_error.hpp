@@ -39,6 +39,7 @@ class OutputError {
 
   Model model_at(const double* v) const;
   std::vector<double> initial_states_at(const double* v, int record) const;
+  StatesOfPieces initial_states_at(const double* v) const;  // of all records
 
   /// Residuals and their derivatives by v, 0 where nothing was measured.
   struct Evaluation {

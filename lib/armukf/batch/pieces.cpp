@@ -9,12 +9,6 @@ namespace {
 /// Ten for each state of the arm.
 constexpr int kFewestMeasurements = 10 * kArmStates;
 
-Eigen::Index rows_of(const std::vector<Record>& pieces) {
-  std::size_t rows = 0;
-  for (const Record& piece : pieces) rows += piece.samples.size();
-  return static_cast<Eigen::Index>(rows);
-}
-
 double length_of(const Record& piece) { return piece.samples.back().t - piece.samples.front().t; }
 
 }  // namespace
@@ -26,6 +20,12 @@ std::vector<Record> pieces_of(const std::vector<Record>& records, double longest
            kFewestMeasurements;
   });
   return pieces;
+}
+
+Eigen::Index rows_of(const std::vector<Record>& pieces) {
+  std::size_t rows = 0;
+  for (const Record& piece : pieces) rows += piece.samples.size();
+  return static_cast<Eigen::Index>(rows);
 }
 
 std::vector<Sample> samples_of(const std::vector<Record>& pieces) {
@@ -90,21 +90,6 @@ JacobianMatrix sensitivities(const Model& model, const StatesOfPieces& x0,
     rows.leftCols(parameters) = own.leftCols(parameters);
     rows.middleCols(parameters + e * states, states) = own.rightCols(states);
     first += own.rows();
-  }
-  return all;
-}
-
-JacobianMatrix torque_sensitivities(const Model& model, const StatesOfPieces& x0,
-                                    const std::vector<Record>& pieces,
-                                    const Propagation& propagation,
-                                    const Eigen::MatrixXd& torques) {
-  JacobianMatrix all(torques.rows(), torques.cols());
-  Eigen::Index first = 0;
-  for (std::size_t e = 0; e < pieces.size(); ++e) {
-    const auto n = static_cast<Eigen::Index>(pieces[e].samples.size());
-    all.middleRows(first, n) = torque_sensitivities(model, x0[e], pieces[e].samples, propagation,
-                                                    torques.middleRows(first, n));
-    first += n;
   }
   return all;
 }

@@ -19,6 +19,9 @@ namespace armukf {
 std::vector<Record> pieces_of(const std::vector<Record>& records,
                               double longest_gap_s = kLongestGapS);
 
+/// How many samples they have together.
+Eigen::Index rows_of(const std::vector<Record>& pieces);
+
 /// All samples.
 std::vector<Sample> samples_of(const std::vector<Record>& pieces);
 
@@ -40,10 +43,5 @@ std::vector<double> simulate(const Model& model, const StatesOfPieces& x0,
 JacobianMatrix sensitivities(const Model& model, const StatesOfPieces& x0,
                              const std::vector<Record>& pieces, const Propagation& propagation,
                              const Directions& directions);
-
-/// Derivatives by the amplitude of torques (N.m at each sample, a column each).
-JacobianMatrix torque_sensitivities(const Model& model, const StatesOfPieces& x0,
-                                    const std::vector<Record>& pieces,
-                                    const Propagation& propagation, const Eigen::MatrixXd& torques);
 
 }  // namespace armukf

@@ -56,8 +56,8 @@ Sensitivities sensitivities(const Model& model, const std::vector<double>& x0,
 
 JacobianMatrix torque_sensitivities(const Model& model, const std::vector<double>& x0,
                                     const std::vector<Sample>& samples,
-                                    const Propagation& propagation,
-                                    const Eigen::MatrixXd& torques) {
+                                    const Propagation& propagation, const Eigen::MatrixXd& torques,
+                                    const Gains& gains) {
   JacobianMatrix gradient = JacobianMatrix::Constant(torques.rows(), torques.cols(), kNaN);
   const std::vector<double> values = model.values();
   const std::vector<Number> p(values.begin(), values.end());
@@ -71,11 +71,12 @@ JacobianMatrix torque_sensitivities(const Model& model, const std::vector<double
         u.gradient[j] = torques(static_cast<Eigen::Index>(k), first + j);
       return u;
     };
-    visit_states(model, p, x, samples, propagation, input,
-                 [&](std::size_t k, const auto& /*states*/, const Number& y) {
-                   std::copy_n(y.gradient.begin(), count,
-                               &gradient(static_cast<Eigen::Index>(k), first));
-                 });
+    visit_states(
+        model, p, x, samples, propagation, input,
+        [&](std::size_t k, const auto& /*states*/, const Number& y) {
+          std::copy_n(y.gradient.begin(), count, &gradient(static_cast<Eigen::Index>(k), first));
+        },
+        Angles::kMeasured, gains);
   }
   return gradient;
 }

@@ -30,10 +30,11 @@ Sensitivities sensitivities(const Model& model, const std::vector<double>& x0,
                             const std::vector<Sample>& samples, const Propagation& propagation,
                             const Directions& directions, const Gains& gains = {});
 
-/// Derivatives of the simulated speed by the amplitude of torques that are added to the input: a
-/// column per torque, N.m at each sample and held like the input.
+/// Derivatives of the simulated (or corrected) speed by the amplitude of torques that are added to
+/// the input: a column per torque, N.m at each sample and held like the input.
 JacobianMatrix torque_sensitivities(const Model& model, const std::vector<double>& x0,
                                     const std::vector<Sample>& samples,
-                                    const Propagation& propagation, const Eigen::MatrixXd& torques);
+                                    const Propagation& propagation, const Eigen::MatrixXd& torques,
+                                    const Gains& gains = {});
 
 }  // namespace armukf

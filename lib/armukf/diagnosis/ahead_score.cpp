@@ -1,31 +1,14 @@
 #include "armukf/diagnosis/ahead_score.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "armukf/batch/pieces.hpp"
-#include "armukf/batch/sensitivity.hpp"
 #include "armukf/diagnosis/base_fit.hpp"
+#include "armukf/fit/dense.hpp"
 
 namespace armukf {
 namespace {
-
-/// For a model that has gained states, which no measurement corrects.
-Gains padded(const Gains& gains, int states) {
-  Gains wide{states, std::vector<double>(gains.innovation_sd.size() * states, 0.0),
-             gains.innovation_sd};
-  for (std::size_t k = 0; k < gains.innovation_sd.size(); ++k)
-    std::copy_n(gains.rows.begin() + static_cast<std::ptrdiff_t>(k * gains.states), gains.states,
-                wide.rows.begin() + static_cast<std::ptrdiff_t>(k * states));
-  return wide;
-}
-
-/// 0 where nothing was measured.
-double weight(const Gains& gains, const Sample& sample, std::size_t k) {
-  return std::isnan(sample.y) ? 0.0 : 1.0 / gains.innovation_sd[k];
-}
 
 double usual(const Parameter& p, double step) {
   constexpr double kTimes = 3.0;
@@ -39,49 +22,23 @@ AheadScore::AheadScore(const ForesightFit& base, const std::vector<Record>& piec
                        const Propagation& propagation)
     : base_(base), pieces_(pieces), propagation_(propagation) {
   gains_ = foresight_gains(base.model, base.x0, pieces, propagation);
-  const std::vector<int> unknowns = base.model.unknowns();
-  explained_ = columns_of(base.model, base.x0, unknowns);
-  error_.resize(explained_.rows());
-  Eigen::Index row = 0;
-  for (std::size_t e = 0; e < pieces.size(); ++e) {
-    const std::vector<Sample>& samples = pieces[e].samples;
-    const std::vector<double> y =
-        sensitivities(base.model, base.x0[e], samples, propagation, {}, gains_[e]).y;
-    for (std::size_t k = 0; k < samples.size(); ++k, ++row) {
-      const double w = weight(gains_[e], samples[k], k);
-      error_[row] = w == 0.0 ? 0.0 : w * (samples[k].y - y[k]);
-    }
-  }
-  for (Eigen::Index i = 0; i < explained_.cols(); ++i)
-    explained_.col(i) /= std::max(1e-300, explained_.col(i).norm());
-  const Eigen::Index rows = explained_.rows();
-  const Eigen::Index columns = explained_.cols();
-  explained_ = explained_.householderQr().householderQ() * Eigen::MatrixXd::Identity(rows, columns);
-  error_ -= explained_ * (explained_.transpose() * error_);
+  WeightedInnovations own =
+      weighted_innovations(base.model, base.x0, pieces, propagation, gains_, base.model.unknowns());
+  for (Eigen::Index i = 0; i < own.columns.cols(); ++i)
+    own.columns.col(i) /= std::max(1e-300, own.columns.col(i).norm());
+  explained_ = orthonormal_basis(own.columns);
+  error_ = own.error - explained_ * (explained_.transpose() * own.error);
 }
 
 Eigen::MatrixXd AheadScore::columns_of(const Model& model, const StatesOfPieces& x0,
                                        const std::vector<int>& sizes) const {
-  const auto rows = static_cast<Eigen::Index>(samples_of(pieces_).size());
-  Eigen::MatrixXd columns(rows, sizes.size());
-  Eigen::Index row = 0;
-  for (std::size_t e = 0; e < pieces_.size(); ++e) {
-    const std::vector<Sample>& samples = pieces_[e].samples;
-    const Sensitivities found =
-        sensitivities(model, x0[e], samples, propagation_, {sizes, {}},
-                      padded(gains_[e], static_cast<int>(model.states.size())));
-    for (std::size_t k = 0; k < samples.size(); ++k, ++row)
-      columns.row(row) =
-          weight(gains_[e], samples[k], k) * found.gradient.row(static_cast<Eigen::Index>(k));
-  }
-  return columns;
+  return weighted_innovations(model, x0, pieces_, propagation_, gains_, sizes).columns;
 }
 
 Suggestion AheadScore::operator()(const Trial& trial) const {
   Suggestion result{0.0, trial.model, {}};
-  Model none = trial.model;
-  for (std::size_t i = 0; i < base_.model.parameters.size(); ++i)
-    none.parameters[i].value = result.model.parameters[i].value = base_.model.parameters[i].value;
+  const Model none = with_values(trial.model, base_.model);
+  result.model = none;
   result.x0 = extended(base_.x0, none);
   Eigen::MatrixXd columns = columns_of(none, result.x0, trial.sizes);
   const bool angle = trial.angle_state >= 0;
@@ -93,7 +50,7 @@ Suggestion AheadScore::operator()(const Trial& trial) const {
     columns.col(1) = columns_of(none, later, {trial.sizes.front()});
   }
   columns -= explained_ * (explained_.transpose() * columns);
-  Eigen::VectorXd step = columns.colPivHouseholderQr().solve(error_);
+  Eigen::VectorXd step = least_squares_solution(columns, error_);
   if (!step.allFinite()) return result;
   if (angle) {
     for (std::vector<double>& x : result.x0)

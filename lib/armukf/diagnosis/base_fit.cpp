@@ -123,17 +123,24 @@ Model with_fitted_spreads(const FittedModel& fit) {
 
 FittedModel placed(const Model& model, const std::vector<Record>& pieces,
                    const Propagation& propagation) {
-  FittedModel result;
+  FittedModel result = placed(std::vector(pieces.size(), model), pieces, propagation);
   result.model = model;
+  return result;
+}
+
+FittedModel placed(const std::vector<Model>& models, const std::vector<Record>& pieces,
+                   const Propagation& propagation) {
+  FittedModel result;
   ErrorSums sums;
-  for (const Record& piece : pieces) {
-    const std::vector<Sample>& samples = piece.samples;
+  for (std::size_t e = 0; e < pieces.size(); ++e) {
+    const Model& model = models[e];
+    const std::vector<Sample>& samples = pieces[e].samples;
     std::vector<double> x0 = fit_initial_states(model, all_free(model), samples, propagation).x0;
     if (model.has_angle()) {
       x0 = with_angles(model, x0, samples, propagation);
       x0 = fit_initial_states(model, all_from(model, x0), samples, propagation).x0;
     }
-    add_piece(simulation_fit(model, {x0, {}}, samples, propagation), piece, sums, result);
+    add_piece(simulation_fit(model, {x0, {}}, samples, propagation), pieces[e], sums, result);
   }
   return result;
 }
@@ -150,14 +157,17 @@ OneStep one_step(const FittedModel& fit, const std::vector<Record>& pieces,
   return result;
 }
 
+Model softened(Model model) {
+  for (const auto& [name, factor] : soft_start())
+    if (Parameter& p = model.parameter(name); !p.known) p.value *= factor;
+  return model;
+}
+
 BaseFit base_fit(const Model& model, const std::vector<Record>& pieces,
                  const Propagation& propagation, int threads) {
-  Model soft = model;
-  for (const auto& [name, factor] : soft_start())
-    if (Parameter& p = soft.parameter(name); !p.known) p.value *= factor;
   const Record& longest =
       *std::ranges::max_element(pieces, {}, [](const Record& r) { return r.samples.size(); });
-  const std::vector<Model> starts{model, soft,
+  const std::vector<Model> starts{model, softened(model),
                                   from_frequency_response(model, longest, propagation)};
   std::vector<FittedModel> fits(starts.size());
   for_each_job(threads, static_cast<int>(starts.size()),

@@ -41,6 +41,10 @@ Model with_fitted_spreads(const FittedModel& fit);
 FittedModel placed(const Model& model, const std::vector<Record>& pieces,
                    const Propagation& propagation);
 
+/// The same with a model of its own for each piece; without a model of them all.
+FittedModel placed(const std::vector<Model>& models, const std::vector<Record>& pieces,
+                   const Propagation& propagation);
+
 /// Errors of predictions one sample ahead, and the likelihood of them all.
 struct OneStep {
   std::vector<double> errors;  // rad/s, of all samples
@@ -55,6 +59,9 @@ struct BaseFit {
   int starts = 0;
   int agreeing = 0;
 };
+
+/// The model as a start from a soft and lightly damped arm.
+Model softened(Model model);
 
 /// From the model's own values, from a soft and lightly damped arm, and from the frequency response
 /// of the longest piece. A minimum whose initial states no machine could have does not count.

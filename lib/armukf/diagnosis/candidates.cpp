@@ -10,8 +10,6 @@
 #include "armukf/core/parallel.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/diagnosis/ahead_score.hpp"
-#include "armukf/diagnosis/search.hpp"
-#include "armukf/model/plant.hpp"
 
 namespace armukf {
 namespace {
@@ -21,17 +19,12 @@ constexpr std::size_t kStarts = 4;      // of an effect
 constexpr int kFirst = 2;               // iterations from each
 constexpr int kSecond = 4;              // more, from the best
 constexpr std::size_t kSlowRefits = 8;  // where effects are fitted alone
+constexpr std::size_t kBegun = 16;      // effects that are gone on with at all
 constexpr std::size_t kRefits = 12;     // effects of a round that are fitted to the end and judged
 constexpr double kScatterFreedom = 2.0 * kForesightBlocks - 1.0;  // of ForesightFit::sd
 constexpr double kSameLevel = 0.02;                               // of two minima
 constexpr double kBetterMinimum = 0.005;                          // by that in level
 constexpr double kPerParameter = 0.03;  // of the merit, the price of each further parameter
-
-ForesightFit renewed(const ForesightFit& start, const TraceRecords& records, double density,
-                     int iterations, bool judged) {
-  return fit_foresight(start.model, start.x0, records.estimation, records.propagation, density,
-                       iterations, judged);
-}
 
 Explained with_errors(ForesightFit fit, const TraceRecords& records) {
   Explained result;
@@ -56,13 +49,6 @@ Model only_new_unknown(const Model& more, const Model& fewer) {
 /// What comes out of a fit of an effect alone, as if all unknowns of `model` had been in it: those
 /// of `now` as they were, also where a block is left out.
 void complete(const Model& model, const ForesightFit& now, ForesightFit& fit) {
-  const std::vector<int> fitted = fit.model.unknowns();
-  std::vector<double> sd;
-  for (const int i : model.unknowns()) {
-    const auto at = std::ranges::find(fitted, i) - fitted.begin();
-    sd.push_back(at < static_cast<std::ptrdiff_t>(fit.sd.size()) ? fit.sd[at] : 0.0);
-  }
-  fit.sd = sd;
   for (std::size_t i = 0; i < model.parameters.size(); ++i) {
     const bool before = i < now.model.parameters.size() && !now.model.parameters[i].known;
     fit.model.parameters[i].known = model.parameters[i].known;
@@ -72,14 +58,6 @@ void complete(const Model& model, const ForesightFit& now, ForesightFit& fit) {
       if (before) p.value = now.left_out[block].parameters[i].value;
     }
   }
-}
-
-/// Twice, since the gains of the first are those of where it began.
-ForesightFit fit_to_end(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
-                        double density, bool judged) {
-  const ForesightFit first =
-      fit_foresight(model, x0, records.estimation, records.propagation, density, kLong / 2);
-  return renewed(first, records, density, kLong / 2, judged);
 }
 
 /// A fit of an effect that has only begun.
@@ -105,9 +83,9 @@ std::vector<double> medians(const std::vector<Begun>& begun, std::size_t bases) 
   return result;
 }
 
-/// Leaves of each effect the fit that foretells best, and the one that has most over others on its
-/// base, best first.
-void keep_best(std::vector<Begun>& begun) {
+/// Leaves of each of so many effects the fit that foretells best, and the one that has most over
+/// others on its base, best first.
+void keep_best(std::vector<Begun>& begun, std::size_t effects) {
   std::ranges::stable_sort(begun, {}, &Begun::level);
   std::map<std::string, const Begun*> ahead;
   for (const Begun& b : begun) {
@@ -116,8 +94,10 @@ void keep_best(std::vector<Begun>& begun) {
   }
   std::vector<Begun> kept;
   std::map<std::string, int> count;
-  for (const Begun& b : begun)
+  for (const Begun& b : begun) {
+    if (!count.contains(b.trial->effect) && count.size() == effects) continue;
     if (count[b.trial->effect]++ == 0 || ahead[b.trial->effect] == &b) kept.push_back(b);
+  }
   begun = std::move(kept);
 }
 
@@ -181,7 +161,8 @@ std::vector<Begun> begun_fits(const Explained& now, const std::vector<Trial>& tr
       starts.push_back(std::move(start));
   std::vector<Begun> begun(starts.size());
   const auto level = [&](const ForesightFit& fit, const std::vector<Record>& pieces) {
-    return foresight_errors(fit.model, fit.x0, pieces, records.propagation).level();
+    return foresight_errors(fit.model, fit.x0, pieces, records.propagation, {}, kMiddle, kFar)
+        .level();
   };
   for_each_job(records.threads, static_cast<int>(begun.size()), [&](int i) {
     const Suggestion& from = starts[i].suggestion;
@@ -192,14 +173,14 @@ std::vector<Begun> begun_fits(const Explained& now, const std::vector<Trial>& tr
   });
   const std::vector<double> usual = medians(begun, bases.size());
   for (Begun& b : begun) b.excess = b.level - usual[b.base];
-  keep_best(begun);
+  keep_best(begun, kBegun);
   for_each_job(records.threads, static_cast<int>(begun.size()), [&](int i) {
     begun[i].fit = fit_on(now, begun[i].fit.model, begun[i].fit.x0, records.estimation, records,
                           density, kSecond);
     begun[i].level = level(begun[i].fit, records.estimation);
     begun[i].excess = begun[i].level - usual[begun[i].base];
   });
-  keep_best(begun);
+  keep_best(begun, kBegun);
   return begun;
 }
 
@@ -261,7 +242,6 @@ void judge(const Explained& now, const TraceRecords& records, const Looks& looks
   evidence.at_bound = shape_at_bound(fit.model);
   refit.parameters = static_cast<int>(fit.model.unknowns().size()) -
                      static_cast<int>(now.fit.model.unknowns().size());
-  refit.gain_percent = 100.0 * (1.0 - fit.cost / now.fit.cost);
   refit.refusal = refusal(evidence, acceptance);
   refit.shows_at = shows_at(evidence, acceptance);
 }
@@ -277,11 +257,8 @@ void judge_all(const Explained& now, const TraceRecords& records, const Looks& l
 
 /// The model without an effect, from where the fit with it has led.
 Explained without_effect(const Explained& now, const Refit& refit, const TraceRecords& records) {
-  Model start = now.fit.model;
-  for (std::size_t i = 0; i < start.parameters.size(); ++i)
-    if (!start.parameters[i].known)
-      start.parameters[i].value = refit.explained.fit.model.parameters[i].value;
-  return explained(start, now.fit.x0, records, kForesightDensity);
+  return explained(with_values(now.fit.model, refit.explained.fit.model), now.fit.x0, records,
+                   kForesightDensity);
 }
 
 /// What the best effect has gained may be that its fit has left a poor minimum of the model without
@@ -312,17 +289,17 @@ bool improve(Explained& now, const std::vector<Refit>& refits, const TraceRecord
 
 Explained explained(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
                     double density) {
-  return with_errors(fit_to_end(model, x0, records, density, true), records);
+  const ForesightFit first =
+      fit_foresight(model, x0, records.estimation, records.propagation, density, kLong / 2);
+  return with_errors(fit_foresight(first.model, first.x0, records.estimation, records.propagation,
+                                   density, kLong / 2, true),
+                     records);
 }
 
 Explained best_explained(const ForesightFit& fit, const std::vector<ForesightFit>& bases,
                          const TraceRecords& records) {
   std::vector<Model> starts{fit.model};
-  for (const ForesightFit& base : bases) {
-    Model& start = starts.emplace_back(fit.model);
-    for (const int i : base.model.unknowns())
-      if (!start.parameters[i].known) start.parameters[i].value = base.model.parameters[i].value;
-  }
+  for (const ForesightFit& base : bases) starts.push_back(with_values(fit.model, base.model));
   std::vector<Explained> found(starts.size());
   for_each_job(records.threads, static_cast<int>(starts.size()),
                [&](int i) { found[i] = explained(starts[i], fit.x0, records, kForesightDensity); });
@@ -333,10 +310,7 @@ Explained best_explained(const ForesightFit& fit, const std::vector<ForesightFit
 }
 
 Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords& records) {
-  Model soft = model;
-  for (const auto& [name, factor] : soft_start())
-    if (Parameter& p = soft.parameter(name); !p.known) p.value *= factor;
-  const std::vector<Model> starts{fitted_model, model, soft};
+  const std::vector<Model> starts{fitted_model, model, softened(model)};
   std::vector<Explained> minima(starts.size());
   for_each_job(records.threads, static_cast<int>(starts.size()),
                [&](int i) { minima[i] = explained(starts[i], {}, records, kForesightDensity); });
@@ -369,14 +343,12 @@ const Refit* best_found(const std::vector<Refit>& refits) {
   return best;
 }
 
-Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
-                const FittedModel& simulated, const TraceRecords& records, double density,
-                const AcceptanceSettings& acceptance) {
-  const std::vector<Trial> trials =
-      trials_for(now.fit.model, suggested_by(simulated, records.estimation, records.propagation));
+Contest contest(Explained& now, const std::vector<ForesightFit>& bases, const Suggested& suggested,
+                const TraceRecords& records, double density, const AcceptanceSettings& acceptance) {
+  const std::vector<Trial> trials = trials_for(now.fit.model, suggested);
   const Looks looks = looks_of(trials);
   const std::vector<Begun> begun = begun_fits(now, trials, bases, records, density);
-  std::map<std::string, bool> judged;  // effects, the most promising first; others are not
+  std::map<std::string, bool> judged;  // of each effect: whether it is among the most promising
   std::vector<const Begun*> promising;
   for (const Begun& b : begun) {
     const std::size_t most = density > 0.0 ? kRefits : kSlowRefits;
@@ -398,8 +370,8 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
   constexpr int kMinima = 3;
   for (int i = 0; i < kMinima && improve(now, result.refits, records); ++i)
     judge_all(now, records, looks, acceptance, result.refits);
-  for (const auto& [effect, was_judged] : judged)
-    if (!was_judged) result.others.push_back(effect);
+  for (const auto& [effect, count] : looks)
+    if (!judged[effect]) result.others.push_back(effect);
   return result;
 }
 

@@ -18,7 +18,7 @@ struct Explained {
   ForesightErrors validation;  // 0 without a validation record
 };
 
-/// From there on to the end of the fit, the gains once renewed.
+/// From there on to the end of the fit, twice: the gains of the first are those of where it began.
 Explained explained(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
                     double density);
 
@@ -44,9 +44,8 @@ struct Refit {
   double density = kForesightDensity;  // that it was fitted at
   Explained explained;
   Evidence evidence;
-  int parameters = 1;         // that it adds to the unknowns
-  double gain_percent = 0.0;  // of the cost
-  std::string refusal;        // empty: it counts as found
+  int parameters = 1;   // that it adds to the unknowns
+  std::string refusal;  // empty: it counts as found
   Horizon shows_at = kLast;
 
   /// With a price for each parameter beyond the first.
@@ -66,12 +65,11 @@ struct Contest {
 /// Tries every effect of the catalogue that the model lacks on top of each base, from where score
 /// tests suggest, a few iterations; goes on with the better ones, and judges the most promising.
 /// now: what is to be surpassed; it changes to a better minimum of the same model where the best
-/// effect has led to one. simulated: the model as a plain simulation, whose residual
-/// suggests harmonics and frequencies. density: kForesightDensity, where all unknowns are fitted
-/// together with the effect's own, or kSimulated, where these are fitted alone: what drifts under a
-/// torque noise is no reason to change what the predictions have told.
-Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
-                const FittedModel& simulated, const TraceRecords& records, double density,
-                const AcceptanceSettings& acceptance);
+/// effect has led to one. suggested: by the residual of the model as a plain simulation. density:
+/// kForesightDensity, where all unknowns are fitted together with the effect's own, or kSimulated,
+/// where these are fitted alone: what drifts under a torque noise is no reason to change what the
+/// predictions have told.
+Contest contest(Explained& now, const std::vector<ForesightFit>& bases, const Suggested& suggested,
+                const TraceRecords& records, double density, const AcceptanceSettings& acceptance);
 
 }  // namespace armukf

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include "armukf/batch/gains.hpp"
 #include "armukf/batch/output_error.hpp"
+#include "armukf/batch/pieces.hpp"
 #include "armukf/batch/prediction.hpp"
 #include "armukf/batch/sensitivity.hpp"
 #include "armukf/core/constants.hpp"
@@ -38,8 +40,10 @@ StatesOfPieces at_rest(const Model& model, const std::vector<Record>& pieces) {
   return x0;
 }
 
-/// Which of that many parts a row is in.
-Eigen::Index first_row(Eigen::Index rows, int part, int parts) { return rows * part / parts; }
+/// Of one of so many parts, which are those of block_of where there are as many.
+Eigen::Index first_row(Eigen::Index rows, int part, int parts) {
+  return (rows * part + parts - 1) / parts;
+}
 
 /// One Gauss-Newton step on a half of the rows; what that half cannot tell stays, with an infinite
 /// deviation.
@@ -112,6 +116,16 @@ void judge(const OutputError& error, const Variables& variables, const Minimum& 
   }
 }
 
+/// For a model that has gained states, which no measurement corrects.
+Gains padded(const Gains& gains, int states) {
+  Gains wide{states, std::vector<double>(gains.innovation_sd.size() * states, 0.0),
+             gains.innovation_sd};
+  for (std::size_t k = 0; k < gains.innovation_sd.size(); ++k)
+    std::copy_n(gains.rows.begin() + static_cast<std::ptrdiff_t>(k * gains.states), gains.states,
+                wide.rows.begin() + static_cast<std::ptrdiff_t>(k * states));
+  return wide;
+}
+
 /// Sum of the squared innovations of the piece's first samples from those states on.
 double beginning_error(const Model& model, const std::vector<double>& x0,
                        const std::vector<Sample>& first, const Propagation& propagation) {
@@ -125,6 +139,13 @@ double beginning_error(const Model& model, const std::vector<double>& x0,
 
 }  // namespace
 
+Model with_values(Model model, const Model& other) {
+  for (const int i : other.unknowns())
+    if (i < static_cast<int>(model.parameters.size()) && !model.parameters[i].known)
+      model.parameters[i].value = other.parameters[i].value;
+  return model;
+}
+
 std::vector<Gains> foresight_gains(const Model& model, const StatesOfPieces& x0,
                                    const std::vector<Record>& pieces,
                                    const Propagation& propagation, double density) {
@@ -134,6 +155,33 @@ std::vector<Gains> foresight_gains(const Model& model, const StatesOfPieces& x0,
     std::fill_n(gains[e].innovation_sd.begin(), first_that_counts(pieces[e]), kInfinite);
   }
   return gains;
+}
+
+WeightedInnovations weighted_innovations(const Model& model, const StatesOfPieces& x0,
+                                         const std::vector<Record>& pieces,
+                                         const Propagation& propagation,
+                                         const std::vector<Gains>& gains,
+                                         const std::vector<int>& parameters) {
+  const Eigen::Index rows = rows_of(pieces);
+  WeightedInnovations all{
+      {},
+      Eigen::VectorXd::Zero(rows),
+      Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(parameters.size()))};
+  Eigen::Index row = 0;
+  for (std::size_t e = 0; e < pieces.size(); ++e) {
+    const std::vector<Sample>& samples = pieces[e].samples;
+    const Sensitivities found =
+        sensitivities(model, x0[e], samples, propagation, {parameters, {}},
+                      padded(gains[e], static_cast<int>(model.states.size())));
+    all.y.insert(all.y.end(), found.y.begin(), found.y.end());
+    for (std::size_t k = 0; k < samples.size(); ++k, ++row) {
+      const double weight = 1.0 / gains[e].innovation_sd[k];
+      if (std::isnan(samples[k].y) || weight == 0.0) continue;
+      all.error[row] = weight * (samples[k].y - found.y[k]);
+      all.columns.row(row) = weight * found.gradient.row(static_cast<Eigen::Index>(k));
+    }
+  }
+  return all;
 }
 
 ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
@@ -154,37 +202,35 @@ ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
   fit.model = error.model_at(minimum.z.data());
   fit.cost = minimum.cost;
   fit.fitted = model.unknowns();
-  for (std::size_t e = 0; e < pieces.size(); ++e)
-    fit.x0.push_back(error.initial_states_at(minimum.z.data(), static_cast<int>(e)));
+  fit.x0 = error.initial_states_at(minimum.z.data());
   if (judged) judge(error, variables, minimum, fit);
   return fit;
 }
 
 ForesightErrors foresight_errors(const Model& model, const StatesOfPieces& x0,
                                  const std::vector<Record>& pieces, const Propagation& propagation,
-                                 const std::vector<Model>& left_out) {
+                                 const std::vector<Model>& left_out, Horizon least, Horizon most) {
   constexpr double kMost = 1e3;  // rad/s, an error of what runs away
-  std::size_t total = 0;
-  for (const Record& piece : pieces) total += piece.samples.size();
+  const std::span horizons = std::span(kHorizons).subspan(least, most - least + 1);
+  const Eigen::Index rows = rows_of(pieces);
   ForesightErrors errors;
   std::array<std::array<double, kForesightBlocks>, kHorizons.size()> count{};
-  std::size_t before = 0;
+  Eigen::Index row = 0;
   for (std::size_t e = 0; e < pieces.size(); ++e) {
     const std::vector<Sample>& samples = pieces[e].samples;
     PartModels parts{left_out, std::vector<int>(samples.size())};
-    for (std::size_t k = 0; k < samples.size(); ++k)
-      parts.part[k] = static_cast<int>((before + k) * kForesightBlocks / total);
+    for (int& part : parts.part) part = block_of(row++, rows);
     const auto y =
-        predictions_at(model, x0[e], samples, propagation, kForesightDensity, kHorizons, parts);
-    for (std::size_t h = 0; h < kHorizons.size(); ++h) {
+        predictions_at(model, x0[e], samples, propagation, kForesightDensity, horizons, parts);
+    for (int h = least; h <= most; ++h) {
       for (std::size_t k = first_that_counts(pieces[e]); k < samples.size(); ++k) {
-        if (std::isnan(samples[k].y) || std::isnan(y[h][k])) continue;
-        const double error = std::min(std::abs(samples[k].y - y[h][k]), kMost);
+        const double predicted = y[h - least][k];
+        if (std::isnan(samples[k].y) || std::isnan(predicted)) continue;
+        const double error = std::min(std::abs(samples[k].y - predicted), kMost);
         errors.blocks[h][parts.part[k]] += error * error;
         count[h][parts.part[k]] += 1.0;
       }
     }
-    before += samples.size();
   }
   for (std::size_t h = 0; h < kHorizons.size(); ++h) {
     double sum = 0.0;
@@ -195,7 +241,7 @@ ForesightErrors foresight_errors(const Model& model, const StatesOfPieces& x0,
       errors.blocks[h][b] /= std::max(1.0, count[h][b]);
     }
     errors.all[h] = sum / std::max(1.0, samples);
-    if (samples == 0.0) {  // no piece is as long: nothing is said, of any model
+    if (samples == 0.0) {  // no piece is as long, or nobody asks: nothing is said, of any model
       errors.all[h] = 1.0;
       errors.blocks[h].fill(1.0);
     }

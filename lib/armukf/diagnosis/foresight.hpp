@@ -28,21 +28,28 @@ inline constexpr double kSimulated = 0.0;
 /// Parts of the samples of all pieces, one after the other, that are left out in turn.
 inline constexpr int kForesightBlocks = 8;
 
+/// The one of these that a row of so many is in.
+inline int block_of(Eigen::Index row, Eigen::Index rows) {
+  return static_cast<int>(row * kForesightBlocks / rows);
+}
+
 /// What one half of the samples says of the unknowns, by one step from the minimum over all.
 struct HalfEstimates {
   std::vector<double> values;
   std::vector<double> sd;  // by how the fit scatters between the half's eighths
 };
 
+/// A model with the values of another in what both have unknown.
+Model with_values(Model model, const Model& other);
+
 /// A model fitted to the pieces of a record.
 struct ForesightFit {
   Model model;
   StatesOfPieces x0;  // at each piece's first sample
   double cost = 0.0;  // half the sum of squared errors, one sample ahead each over its deviation
-  std::vector<double> sd;  // of the model's unknowns, in their order, by how they scatter from one
-                           // sixteenth of the samples to the next
-  std::vector<Model> left_out;          // fitted without a block each, by one step from the minimum
   std::vector<int> fitted;              // positions of what was unknown in this fit
+  std::vector<double> sd;               // of these, by how they scatter between sixteenths
+  std::vector<Model> left_out;          // fitted without a block each, by one step from the minimum
   Eigen::MatrixXd information;          // J'J of these, then of free initial states
   Eigen::MatrixXd slopes;               // J'r of each sixteenth, a column each
   std::array<HalfEstimates, 2> halves;  // of `fitted`
@@ -70,6 +77,21 @@ std::vector<Gains> foresight_gains(const Model& model, const StatesOfPieces& x0,
                                    const Propagation& propagation,
                                    double density = kForesightDensity);
 
+/// Innovations, all rows over their deviations; 0 where nothing was measured or nothing counts.
+struct WeightedInnovations {
+  std::vector<double> y;    // rad/s, the prediction
+  Eigen::VectorXd error;    // what was measured less that
+  Eigen::MatrixXd columns;  // derivatives of the prediction by those parameters
+};
+
+/// gains: of this model, or of one with fewer effects; no measurement corrects the states that this
+/// one has besides.
+WeightedInnovations weighted_innovations(const Model& model, const StatesOfPieces& x0,
+                                         const std::vector<Record>& pieces,
+                                         const Propagation& propagation,
+                                         const std::vector<Gains>& gains,
+                                         const std::vector<int>& parameters);
+
 /// Samples ahead at which a model is judged. What an offset of the torque adds up to shows at the
 /// last one: friction lets it grow for seconds.
 inline constexpr std::array kHorizons{20, 200, 2000, 8000};
@@ -87,10 +109,12 @@ struct ForesightErrors {
   double level() const;
 };
 
-/// left_out: models that foretell a block each, or none.
+/// left_out: models that foretell a block each, or none. Only the horizons from `least` to `most`
+/// are looked at: of the others it says nothing, which is 1.
 ForesightErrors foresight_errors(const Model& model, const StatesOfPieces& x0,
                                  const std::vector<Record>& pieces, const Propagation& propagation,
-                                 const std::vector<Model>& left_out = {});
+                                 const std::vector<Model>& left_out = {}, Horizon least = kNear,
+                                 Horizon most = kLast);
 
 /// States of pieces that the model was not fitted to: at rest; the angles of effects where the
 /// predictions of the part that does not count are best.

@@ -18,14 +18,14 @@ namespace armukf {
 namespace {
 
 constexpr double kLevel = 1e-4;      // of a probe's test
-constexpr double kMatters = 0.02;    // of the mean squared error
+constexpr double kMatters = 0.005;   // of the squared innovations, most of which are noise
 constexpr double kLinePower = 40.0;  // beside its neighbourhood
 constexpr int kMostLines = 3;
 constexpr double kHighestHz = 100.0;
 constexpr double kHighestHarmonic = 100.0;  // 1/rad
 constexpr int kBlocks = 4;                  // of the record's time
 
-/// What the motor does at a sample, as measured.
+/// What the motor does at a sample, as the model says.
 struct Instant {
   double share;     // of the record's time, 0 to 1
   double time;      // s
@@ -71,16 +71,17 @@ std::vector<Probe> probes() {
   };
 }
 
-std::vector<Instant> instants(const std::vector<Record>& pieces) {
+/// speeds: rad/s, as the model predicts them, since a measured one brings its noise.
+std::vector<Instant> instants(const std::vector<Record>& pieces,
+                              const std::vector<double>& speeds) {
   constexpr double kSlip = 0.1;  // rad, after which dry friction slips
   const std::vector<double> times = times_of(pieces);
   std::vector<Instant> all;
   for (const Record& piece : pieces) {
-    double speed = 0.0;
     double bent = 0.0;
     double last = piece.samples.front().t;
     for (const Sample& s : piece.samples) {
-      if (!std::isnan(s.y)) speed = s.y;
+      const double speed = speeds[all.size()];
       bent = std::clamp(bent + speed * (s.t - last) / kSlip, -1.0, 1.0);
       last = s.t;
       const double time = times[all.size()];
@@ -132,8 +133,8 @@ std::string bands(const FittedModel& fit, const std::vector<double>& t) {
 std::vector<std::string> portrait(const FittedModel& fit, const std::vector<Record>& pieces,
                                   const std::vector<double>& innovations,
                                   const Propagation& propagation) {
-  const ScoreTest test(fit, pieces, propagation);
-  const std::vector<Instant> motion = instants(pieces);
+  const ScoreTest test(fit.model, fit.x0, pieces, propagation);
+  const std::vector<Instant> motion = instants(pieces, test.prediction());
   std::vector<Probe> tried = probes();
   const std::vector<double> t = times_of(pieces);
   for (const std::vector<double>& e : {fit.residual, innovations}) {
@@ -143,11 +144,10 @@ std::vector<std::string> portrait(const FittedModel& fit, const std::vector<Reco
   }
   std::vector<std::pair<double, std::string>> seen;
   for (const Probe& probe : tried) {
-    const Score score = test.of_torques(torques_of(probe, motion));
-    const double share = score.gain / fit.mse;
-    if (score.p_value * probe.looks < kLevel && share > kMatters)
-      seen.emplace_back(
-          share, fmt::format("{}: explains {:.0f} % of it", probe.description, 100.0 * share));
+    const Score score = test(torques_of(probe, motion));
+    if (score.p_value * probe.looks < kLevel && score.share > kMatters)
+      seen.emplace_back(score.share, fmt::format("{}: explains {:.1f} % of the innovations",
+                                                 probe.description, 100.0 * score.share));
   }
   std::ranges::sort(seen, std::greater{});
   std::vector<std::string> lines;

@@ -3,56 +3,67 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "armukf/batch/gains.hpp"
+#include "armukf/batch/simulation.hpp"
 #include "armukf/core/record.hpp"
-#include "armukf/diagnosis/base_fit.hpp"
-#include "armukf/diagnosis/trial.hpp"
+#include "armukf/diagnosis/foresight.hpp"
 #include "armukf/fit/covariance.hpp"
 #include "armukf/fit/leverage.hpp"
+#include "armukf/model/model.hpp"
+#include "armukf/ode/propagation.hpp"
 
 namespace armukf {
 
-/// What one linearised step from no effect along a trial's sizes would bring.
+/// What torques of those shapes at the motor would explain.
 struct Score {
-  std::vector<double> sizes;   // the step, one per size of the trial, within their bounds
-  std::vector<double> angles;  // rad, of the trial's angle at each piece's first sample
-  double gain = 0.0;           // (rad/s)^2, by which the mean squared error falls
-  double statistic = 0.0;  // the step over its deviation, squared, whatever the residual's colour
-  int freedom = 0;         // of the step
-  double p_value = 1.0;    // of the statistic, for this trial alone
-  Eigen::VectorXd change;  // rad/s, of the residual by that step, at the measured samples
+  std::vector<double> sizes;  // of each torque, by one linearised step from none
+  double share = 0.0;         // of the squared innovations that the step would take away
+  double statistic = 0.0;     // the step over its deviation, squared, whatever the colour
+  int freedom = 0;            // of the step
+  double p_value = 1.0;       // of the statistic
 };
 
-/// Score (Lagrange multiplier) tests against a fitted model, without refitting: the residual on
-/// the sensitivity of the output to a trial's sizes, after both have lost what the free parameters
-/// and the initial states could explain. The variance is that of coloured residuals, made good for
-/// what the fit took from them, and p-values allow for how well the residual tells its own colour.
-/// Source: L. G. Godfrey, "Misspecification tests in econometrics", 1988, chapter 1; variance as in
-/// fit/autoregression.hpp, fit/covariance.hpp and fit/leverage.hpp.
+/// Score (Lagrange multiplier) tests against a fitted model, without refitting: its innovations,
+/// one sample ahead by the gains of foresight_gains, on the sensitivity of the prediction to a
+/// torque, after both have lost what the free parameters could explain. A torque noise that is not
+/// in u moves a simulation away for good, but not these. The variance is that of coloured
+/// innovations, made good for what the fit took from them, and p-values allow for how well the
+/// innovations tell their own colour. Source: L. G. Godfrey, "Misspecification tests in
+/// econometrics", 1988, chapter 1; variance as in fit/autoregression.hpp, fit/covariance.hpp and
+/// fit/leverage.hpp.
 class ScoreTest {
  public:
-  ScoreTest(const FittedModel& base, const std::vector<Record>& pieces,
+  /// All arguments must outlive this.
+  ScoreTest(const Model& model, const StatesOfPieces& x0, const std::vector<Record>& pieces,
             const Propagation& propagation);
 
-  Score operator()(const Trial& trial) const;
+  /// torques: N.m at each sample, a column each.
+  Score operator()(const Eigen::MatrixXd& torques) const;
 
-  /// The same for torques (N.m, a column each) that might act on the motor besides.
-  Score of_torques(const Eigen::MatrixXd& torques) const;
+  /// rad/s, one sample ahead, at each sample.
+  const std::vector<double>& prediction() const { return prediction_; }
 
  private:
+  ScoreTest(const Model& model, const StatesOfPieces& x0, const std::vector<Record>& pieces,
+            const Propagation& propagation, const std::vector<Gains>& gains);
+  ScoreTest(const Model& model, const StatesOfPieces& x0, const std::vector<Record>& pieces,
+            const Propagation& propagation, const std::vector<Gains>& gains,
+            const WeightedInnovations& own);
   void judge(const Eigen::MatrixXd& columns, const Eigen::VectorXd& b, const Eigen::VectorXd& left,
              Score& score) const;
-  Score score_of(Eigen::MatrixXd columns, const std::vector<bool>& positive) const;
-  Eigen::MatrixXd sensitivities_of(const Trial& trial) const;
   void project(Eigen::Ref<Eigen::MatrixXd> columns) const;
 
-  const FittedModel& base_;
+  const Model& model_;
+  const StatesOfPieces& x0_;
   const std::vector<Record>& pieces_;
-  Propagation propagation_;
-  std::vector<Eigen::Index> measured_;  // samples that count
-  std::vector<Stretch> stretches_;      // of those, a piece each
-  Eigen::MatrixXd explained_;           // orthonormal columns: what the base model can explain
-  Leverage leverage_;                   // of those columns
-  Eigen::VectorXd residual_;            // at the measured samples, projected
+  const Propagation& propagation_;
+  std::vector<Gains> gains_;
+  std::vector<double> prediction_;
+  std::vector<Eigen::Index> counts_;  // samples that do
+  std::vector<Stretch> stretches_;    // of those, a piece each
+  Eigen::MatrixXd explained_;         // orthonormal columns: what the model's parameters explain
+  Leverage leverage_;                 // of these
+  Eigen::VectorXd error_;             // at the samples that count, projected
 };
 
 }  // namespace armukf

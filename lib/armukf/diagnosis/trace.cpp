@@ -17,6 +17,7 @@
 #include "armukf/core/statistics.hpp"
 #include "armukf/diagnosis/candidates.hpp"
 #include "armukf/diagnosis/portrait.hpp"
+#include "armukf/diagnosis/search.hpp"
 #include "armukf/diagnosis/trace_records.hpp"
 
 namespace armukf {
@@ -119,22 +120,11 @@ FittedModel without_each_block(const FittedModel& fit, const TraceRecords& recor
     const StatesOfPieces x0 = placed(fit.model, others, records.propagation).x0;
     models[block] = fitted(fit.model, x0, others, records.propagation, kShort).model;
   });
-  FittedModel all;
+  std::vector<Model> of_pieces;
+  for (const int block : blocks.block) of_pieces.push_back(models[block]);
+  FittedModel all = placed(of_pieces, blocks.pieces, records.propagation);
   all.model = fit.model;
   all.parameters = fit.parameters;
-  ErrorSums sums;
-  for (std::size_t i = 0; i < blocks.pieces.size(); ++i) {
-    const FittedModel one =
-        placed(models[blocks.block[i]], {blocks.pieces[i]}, records.propagation);
-    all.x0.push_back(one.x0.front());
-    all.residual.insert(all.residual.end(), one.residual.begin(), one.residual.end());
-    std::vector<double> y = speeds_of(blocks.pieces[i].samples);
-    const std::vector<double> measured = y;
-    for (std::size_t k = 0; k < y.size(); ++k) y[k] -= one.residual[k];
-    sums += error_sums(measured, y);
-  }
-  all.fit_percent = fit_percent(sums);
-  all.mse = mean_square_error(sums);
   return all;
 }
 
@@ -153,15 +143,11 @@ FittedModel plain(const Explained& now, const TraceRecords& records) {
 using Held = std::map<std::string, double>;
 
 /// The slow effect is found: what it brought is held from now on.
-void hold(const Refit& slow, const Model& before, ForesightFit& fit, Held& held) {
-  const std::vector<int> unknowns = slow.explained.fit.model.unknowns();
-  for (std::size_t i = 0; i < unknowns.size(); ++i) {
-    Parameter& p = fit.model.parameters[unknowns[i]];
-    const bool new_one = unknowns[i] >= static_cast<int>(before.parameters.size()) ||
-                         before.parameters[unknowns[i]].known;
-    if (!new_one) continue;
+void hold(ForesightFit& slow, Held& held) {
+  for (std::size_t i = 0; i < slow.fitted.size(); ++i) {
+    Parameter& p = slow.model.parameters[slow.fitted[i]];
     p.known = true;
-    held[p.name] = slow.explained.fit.sd[i];
+    held[p.name] = slow.sd[i];
   }
 }
 
@@ -285,6 +271,11 @@ void check_fit(const FittedModel& fit, const std::vector<Record>& records, std::
                                  std::max(0.0, fit.fit_percent)));
 }
 
+/// Share by which the error of predictions falls at the horizon where it falls most.
+double most_help(const Witness& witness) {
+  return std::max({witness.help(kMiddle), witness.help(kFar), witness.help(kLast)});
+}
+
 /// All that a round looked at, into the diagnosis.
 void note(const Contest& round, const Refit* chosen, int number,
           std::vector<Candidate>& candidates) {
@@ -292,7 +283,7 @@ void note(const Contest& round, const Refit* chosen, int number,
     Candidate candidate;
     candidate.effect = refit.trial.effect;
     candidate.round = number;
-    candidate.gain_percent = refit.gain_percent;
+    candidate.help_percent = 100.0 * most_help(refit.evidence.witnesses.front());
     candidate.statistic = refit.evidence.statistic;
     candidate.p_value = refit.evidence.p_value;
     candidate.refitted_estimation = refit.explained.estimation.all[kMiddle];
@@ -349,19 +340,19 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
   Held held;
   for (int round = 1; round <= settings.most_effects; ++round) {
     say(fmt::format("round {}", round), static_cast<double>(round) / (settings.most_effects + 2));
-    Contest found =
-        contest(now, bases, simulated.estimation, records, kForesightDensity, settings.acceptance);
+    const Suggested suggested =
+        suggested_by(simulated.estimation, records.estimation, records.propagation);
+    Contest found = contest(now, bases, suggested, records, kForesightDensity, settings.acceptance);
     const Refit* chosen = best_found(found.refits);
     if (chosen == nullptr || chosen->shows_at > kMiddle) {
-      Contest slow =
-          contest(now, {now.fit}, simulated.estimation, records, kSimulated, settings.acceptance);
+      Contest slow = contest(now, {now.fit}, suggested, records, kSimulated, settings.acceptance);
       std::ranges::move(slow.refits, std::back_inserter(found.refits));
       chosen = best_found(found.refits);
     }
     note(found, chosen, round, diagnosis.candidates);
     if (chosen == nullptr) break;
     ForesightFit fit = chosen->explained.fit;
-    if (chosen->density == kSimulated) hold(*chosen, now.fit.model, fit, held);
+    if (chosen->density == kSimulated) hold(fit, held);
     now = best_explained(fit, first.all, records);
     bases = {now.fit};
     const double before = simulated.validation.mse;

@@ -27,7 +27,7 @@ struct Measures {
 struct Candidate {
   std::string effect;
   int round = 0;
-  double gain_percent = 0.0;         // of the squared errors of predictions one sample ahead
+  double help_percent = 0.0;         // by which the error of predictions falls where it falls most
   double statistic = 0.0;            // T^2, of its sizes' distance from none
   double p_value = 1.0;              // of that, corrected for all that was looked at
   double refitted_estimation = 0.0;  // (rad/s)^2, 200 samples ahead, if it was judged; else 0

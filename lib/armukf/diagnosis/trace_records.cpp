@@ -14,17 +14,19 @@
 namespace armukf {
 namespace {
 
-constexpr std::size_t kFewestSamples = 1000;
+constexpr Eigen::Index kFewestSamples = 1000;
 
 /// Refuses records in which torque or speed stand still.
 void check_excitation(const std::vector<Record>& records) {
   const auto check = [&](double Sample::*column, std::string_view name) {
     double low = kInfinite;
     double high = -low;
-    for (const Sample& sample : samples_of(records)) {
-      if (std::isnan(sample.*column)) continue;
-      low = std::min(low, sample.*column);
-      high = std::max(high, sample.*column);
+    for (const Record& record : records) {
+      for (const Sample& sample : record.samples) {
+        if (std::isnan(sample.*column)) continue;
+        low = std::min(low, sample.*column);
+        high = std::max(high, sample.*column);
+      }
     }
     if (!(high > low))
       throw InputError(records.front().name, 0, name,
@@ -35,8 +37,8 @@ void check_excitation(const std::vector<Record>& records) {
 }
 
 void check_length(const std::vector<Record>& records, const std::vector<Record>& pieces) {
-  const std::size_t whole = samples_of(records).size();
-  const std::size_t usable = samples_of(pieces).size();
+  const Eigen::Index whole = rows_of(records);
+  const Eigen::Index usable = rows_of(pieces);
   if (usable >= kFewestSamples) return;
   const std::string between =
       usable < whole ? fmt::format(", of {} whose gaps leave no more,", whole) : "";
@@ -71,21 +73,20 @@ TraceRecords trace_records(const std::vector<Record>& estimation,
 }
 
 Blocks blocks_of(const std::vector<Record>& pieces) {
-  const std::size_t total = samples_of(pieces).size();
+  const Eigen::Index rows = rows_of(pieces);
   Blocks blocks;
-  std::size_t before = 0;
+  Eigen::Index row = 0;
   for (const Record& piece : pieces) {
     int last = -1;
-    for (std::size_t k = 0; k < piece.samples.size(); ++k) {
-      const int block = static_cast<int>((before + k) * kForesightBlocks / total);
+    for (const Sample& sample : piece.samples) {
+      const int block = block_of(row++, rows);
       if (block != last) {
         blocks.pieces.push_back({piece.name, {}});
         blocks.block.push_back(block);
         last = block;
       }
-      blocks.pieces.back().samples.push_back(piece.samples[k]);
+      blocks.pieces.back().samples.push_back(sample);
     }
-    before += piece.samples.size();
   }
   return blocks;
 }

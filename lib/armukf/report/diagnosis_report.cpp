@@ -87,9 +87,9 @@ Json effect_json(const FittedModel& fit, const FoundEffect& effect) {
 Json candidate_json(const Candidate& c) {
   Json json = named(c.effect);
   json["round"] = c.round;
+  json["help_percent"] = c.help_percent;
   json["statistic"] = c.statistic;
   json["p_value"] = c.p_value;
-  json["gain_percent"] = c.gain_percent;
   if (!c.accepted) json["refused_because"] = c.refused_because;
   if (c.refitted_estimation > 0.0)
     json["refitted"] = {{"estimation_mse", c.refitted_estimation},

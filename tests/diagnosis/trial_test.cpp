@@ -1,0 +1,45 @@
+#include "armukf/diagnosis/trial.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace armukf {
+namespace {
+
+TEST(Trials, HaveTheirSizesAtZeroAndTheirShapesOnTheGrid) {
+  const std::vector<Trial> all = trials_for(published_estimate(), {{1.0, 6.0}, {5.5}});
+  for (const std::string_view effect : effect_names())
+    EXPECT_TRUE(std::ranges::any_of(all, [&](const Trial& t) { return t.effect == effect; }))
+        << effect;
+  for (const Trial& trial : all) {
+    EXPECT_FALSE(trial.sizes.empty()) << trial.effect;
+    if (trial.effect == "friction_parameters") continue;
+    for (const int i : trial.sizes) EXPECT_EQ(trial.model.parameters[i].value, 0.0) << trial.effect;
+    EXPECT_NO_THROW(trial.model.check()) << trial.effect;
+  }
+}
+
+TEST(Trials, CountAllThatWasLookedAt) {
+  const auto looks = [](const Suggested& suggested) {
+    double sum = 0.0;
+    for (const Trial& trial : trials_for(published_estimate(), suggested)) sum += trial.looks;
+    return sum;
+  };
+  const double without = looks({{1.0, 2.0}, {}, 2.0, 0.0});
+  EXPECT_EQ(without,
+            static_cast<double>(trials_for(published_estimate(), {{1.0, 2.0}, {}}).size()));
+  // Two effects repeat with the angle and three resonate; how many are left does not matter.
+  EXPECT_NEAR(looks({{1.0, 2.0, 7.0}, {5.5, 6.5}, 302.0, 800.0}), without + 2 * 300 + 3 * 800,
+              1e-9 * without);
+  EXPECT_NEAR(looks({{1.0, 2.0}, {}, 302.0, 800.0}), without + 2 * 300 + 3 * 800, 1e-9 * without);
+}
+
+TEST(Trials, LeaveOutWhatTheModelHas) {
+  Model model = published_estimate();
+  model.add_effect("backlash");
+  for (const Trial& trial : trials_for(model, {{1.0}, {}})) EXPECT_NE(trial.effect, "backlash");
+}
+
+}  // namespace
+}  // namespace armukf
