@@ -114,6 +114,22 @@ def trajectory(axis, rows, name, truth, batch):
     axis.grid(alpha=0.3)
 
 
+def laws(found):
+    figure, axes = stacked(len(found), height=2.8)
+    for axis, (name, law) in zip(axes, found.items()):
+        at, torque = np.array(law["at"]), np.array(law["torque"])
+        half = NINETY_PERCENT * np.array(law["sd"], dtype=float)  # NaN where nothing is known
+        axis.fill_between(at, torque - half, torque + half, color=BAND, linewidth=0,
+                          label="90 % band")
+        axis.plot(at, torque, color=ESTIMATE, linewidth=1.2, label=name)
+        axis.axhline(0.0, color=MEASURED, linewidth=0.6)
+        axis.set_xlabel(f"{law['over']}, {law['unit']}")
+        axis.set_ylabel("torque, N·m")
+        axis.set_title(law["gives"], fontsize=10)
+        axis.legend(fontsize=8)
+    return figure
+
+
 def innovations(rows):
     figure, (top, bottom) = stacked(2, sharex=True, height=2.5)
     few = thinned(rows)

@@ -9,6 +9,8 @@
     plot.py correlation EVALUATION.json        residual with itself and with the input, 99 % bands
     plot.py parameters ESTIMATE.csv            trajectories of the unknown parameters, 90 % bands,
             [--batch FIT.json] [--truth]       beside the batch values (JSON of `armukf fit`)
+    plot.py laws FIT.json                      learnt laws (`armukf fit --effect friction_curve`),
+                                               90 % bands
     plot.py innovations ESTIMATE.csv           innovations within ±3 sd, and the running mean NIS
     plot.py nis ESTIMATE.csv                   NIS, averaged over 0.25 s, against chi-square bounds
 
@@ -75,6 +77,8 @@ def picture(options):
         return pictures.response(read_table(first, ROWS), names[0])
     if options.picture == "correlation":
         return pictures.correlation(read_json(first, "experiments", 0, "residual"), names[0])
+    if options.picture == "laws":
+        return pictures.laws(read_json(first, "laws"))
     rows = read_table(first, ESTIMATE)
     if options.picture == "parameters":
         batch = read_json(options.batch, "parameters") if options.batch else None
@@ -86,7 +90,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("picture", choices=["records", "fit", "errors", "response", "correlation",
-                                            "parameters", "innovations", "nis"])
+                                            "parameters", "laws", "innovations", "nis"])
     parser.add_argument("files", nargs="+", metavar="FILE")
     parser.add_argument("-o", "--output", required=True)
     parser.add_argument("--batch", metavar="FIT.json")

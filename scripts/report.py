@@ -31,7 +31,8 @@ OVER = {"gravity": "motor_angle", "torque_ripple": "motor_angle", "backlash": "t
         "gear_hysteresis": "twist_gear", "arm_stiffness_cubic": "twist_arm",
         "arm_friction": "speed_arm", "gear_friction": "speed_gear", "flexible_mode": "t",
         "payload_change": "t", "thermal_friction": "t", "drive_lag": "u", "input_delay": "u",
-        "torque_gain": "u"}
+        "torque_gain": "u", "gear_spring_curve": "twist_gear", "torque_curve": "u",
+        "angle_curve": "motor_angle"}
 LABELS = {"t": "time, s", "u": "torque u, N·m", "motor_angle": "motor angle, rad",
           "twist_gear": "gear twist, rad", "twist_arm": "arm twist, rad",
           "speed_motor": "motor speed, rad/s", "speed_gear": "gear speed, rad/s",

@@ -16,11 +16,13 @@
 #include "armukf/batch/evaluate.hpp"     // a model against records
 #include "armukf/batch/experiment.hpp"   // simulated records
 #include "armukf/batch/identify.hpp"     // the batch estimate
+#include "armukf/batch/law_ranges.hpp"   // how far learnt laws are free
 #include "armukf/core/build.hpp"         // which build of the library runs
 #include "armukf/core/error.hpp"         // InputError
 #include "armukf/core/record.hpp"        // samples
 #include "armukf/diagnosis/trace.hpp"    // what a model lacks
 #include "armukf/io/csv_reader.hpp"      // records from files
+#include "armukf/model/learnt_laws.hpp"  // their curves
 #include "armukf/model/model.hpp"        // the arm, its parameters and effects
 #include "armukf/online/recursion.hpp"   // the recursive estimate of a whole record
 #include "armukf/online/session.hpp"     // the recursive estimate, sample by sample

@@ -38,7 +38,7 @@ Score score_of_wave(double size) {
 TEST(Score, TellsTheSizeOfATorqueThatIsNotInTheInput) {
   const Score score = score_of_wave(0.2);
   EXPECT_LT(score.p_value, 1e-6);
-  EXPECT_GT(score.share, 0.05);
+  EXPECT_GT(score.share, 0.005);
   EXPECT_NEAR(score.sizes[0], 0.2, 0.04);
   EXPECT_NEAR(score.sizes[1], 0.0, 0.04);
 }

@@ -10,7 +10,8 @@ namespace {
 TEST(Trials, HaveTheirSizesAtZeroAndTheirShapesOnTheGrid) {
   const std::vector<Trial> all = trials_for(published_estimate(), {{1.0, 6.0}, {5.5}});
   for (const std::string_view effect : effect_names())
-    EXPECT_TRUE(std::ranges::any_of(all, [&](const Trial& t) { return t.effect == effect; }))
+    EXPECT_NE(std::ranges::any_of(all, [&](const Trial& t) { return t.effect == effect; }),
+              is_learnt_law(find_effect(effect)))
         << effect;
   for (const Trial& trial : all) {
     EXPECT_FALSE(trial.sizes.empty()) << trial.effect;

@@ -41,7 +41,8 @@ class Plot(InFolder):
         super().setUp()
         self.armukf("simulate", "-o", "record.csv", "--samples", 6000, "--sensor-noise", 0.1)
         (self.folder / "estimate.csv").write_text(self.armukf("record.csv", "--quiet"))
-        self.armukf("fit", "record.csv", "--json", "fit.json", "--save", "fit.toml")
+        self.armukf("fit", "record.csv", "--json", "fit.json", "--save", "fit.toml",
+                    "--effect", "friction_curve", "--effect", "angle_curve")
         self.armukf("evaluate", "record.csv", "--rows", "rows.csv", "--json", "evaluation.json")
 
     def armukf(self, *words):
@@ -54,7 +55,7 @@ class Plot(InFolder):
                 ("records", "record.csv", "record.csv"), ("fit", "rows.csv", "rows.csv"),
                 ("errors", "rows.csv"), ("response", "rows.csv"), ("correlation", "evaluation.json"),
                 ("parameters", "estimate.csv", "--batch", "fit.json", "--truth"),
-                ("innovations", "estimate.csv"), ("nis", "estimate.csv"))):
+                ("laws", "fit.json"), ("innovations", "estimate.csv"), ("nis", "estimate.csv"))):
             output = self.folder / f"{picture}.{('png', 'svg', 'pdf')[suffix % 3]}"
             done = run("/usr/bin/python3", SCRIPTS / "plot.py", picture, *files, "-o", output,
                        cwd=self.folder)
@@ -70,6 +71,8 @@ class Plot(InFolder):
         self.expect_refused("record.csv: no column y_hat", plot, "fit", "record.csv", "-o", "a.png")
         self.expect_refused("fit.json: holds no residual; is it what armukf wrote?", plot,
                             "correlation", "fit.json", "-o", "a.png")
+        self.expect_refused("evaluation.json: holds no laws; is it what armukf wrote?", plot,
+                            "laws", "evaluation.json", "-o", "a.png")
         self.expect_refused("a.txt: the suffix must be .png, .svg or .pdf", plot, "fit", "rows.csv",
                             "-o", "a.txt")
 

@@ -25,8 +25,8 @@ struct ExperimentSettings {
   double sample_time_s = 5e-4;      // s
   double sensor_noise = 0.0;        // rad/s, sd; the controller sees it too
   double torque_disturbance = 0.0;  // N.m, sd of a white torque at the motor, held for a sample
-  SpeedController controller;
-  ReferenceShape reference;
+  SpeedController controller{};
+  ReferenceShape reference{};
 };
 
 /// What it gives: its record, and what nobody measures.

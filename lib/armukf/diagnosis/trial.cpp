@@ -78,7 +78,7 @@ std::vector<Trial> trials_of(std::string_view effect, const Model& model,
 std::vector<Trial> trials_for(const Model& model, const Suggested& suggested) {
   std::vector<Trial> all;
   for (const std::string_view effect : effect_names()) {
-    if (model.has_effect(effect)) continue;
+    if (model.has_effect(effect) || is_learnt_law(find_effect(effect))) continue;
     for (Trial& trial : trials_of(effect, model, suggested)) all.push_back(std::move(trial));
   }
   return all;

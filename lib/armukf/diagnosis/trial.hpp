@@ -26,7 +26,7 @@ struct Suggested {
   double frequencies_looked_at = 0.0;
 };
 
-/// Every effect of the catalogue that the model does not have, over its grid.
+/// Every effect of the catalogue that the model does not have, over its grid; no learnt laws.
 std::vector<Trial> trials_for(const Model& model, const Suggested& suggested);
 
 /// Of one effect.

@@ -63,6 +63,10 @@ std::string family_of(std::string_view effect) {
   return parse_effect_name(effect).kind;
 }
 
+bool is_learnt_law(const CataloguedEffect& effect) {
+  return std::visit([]<class E>(const E&) { return LearntLaw<E>; }, effect);
+}
+
 std::vector<EffectParameter> parameters_of(const CataloguedEffect& effect) {
   return std::visit(
       []<class E>(const E&) {

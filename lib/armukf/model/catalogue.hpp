@@ -5,16 +5,19 @@
 #include <variant>
 #include <vector>
 
+#include "armukf/model/effects/angle_curve.hpp"
 #include "armukf/model/effects/arm_friction.hpp"
 #include "armukf/model/effects/arm_stiffness_cubic.hpp"
 #include "armukf/model/effects/backlash.hpp"
 #include "armukf/model/effects/coulomb_asymmetry.hpp"
 #include "armukf/model/effects/drive_lag.hpp"
 #include "armukf/model/effects/flexible_mode.hpp"
+#include "armukf/model/effects/friction_curve.hpp"
 #include "armukf/model/effects/friction_parameters.hpp"
 #include "armukf/model/effects/gear_damping_quadratic.hpp"
 #include "armukf/model/effects/gear_friction.hpp"
 #include "armukf/model/effects/gear_hysteresis.hpp"
+#include "armukf/model/effects/gear_spring_curve.hpp"
 #include "armukf/model/effects/gravity.hpp"
 #include "armukf/model/effects/input_delay.hpp"
 #include "armukf/model/effects/load_dependent_friction.hpp"
@@ -24,6 +27,7 @@
 #include "armukf/model/effects/speed_ripple.hpp"
 #include "armukf/model/effects/thermal_friction.hpp"
 #include "armukf/model/effects/torque_bias.hpp"
+#include "armukf/model/effects/torque_curve.hpp"
 #include "armukf/model/effects/torque_gain.hpp"
 #include "armukf/model/effects/torque_ripple.hpp"
 
@@ -38,7 +42,8 @@ using CataloguedEffect = std::variant<
     effects::GearHysteresis, effects::GearDampingQuadratic, effects::ArmStiffnessCubic,
     effects::FlexibleMode<effects::Site::kArm>, effects::FlexibleMode<effects::Site::kGear>,
     effects::FlexibleMode<effects::Site::kMotor>, effects::Gravity, effects::PayloadChange,
-    effects::SensorLag, effects::SpeedRipple>;
+    effects::SensorLag, effects::SpeedRipple, effects::FrictionCurve, effects::GearSpringCurve,
+    effects::TorqueCurve, effects::AngleCurve>;
 
 /// An effect as the user names it: `torque_ripple`, or `torque_ripple:2` for the second of its
 /// kind.
@@ -63,6 +68,9 @@ std::vector<std::string_view> effect_names();
 /// What an effect and its relatives at other sites are called together: `flexible_mode` for
 /// `flexible_mode_gear:2`, its own kind for any other.
 std::string family_of(std::string_view effect);
+
+/// Whether it is a curve that is learnt, which a search for names leaves out.
+bool is_learnt_law(const CataloguedEffect& effect);
 
 /// The parameters of an effect in the catalogue, its states, and the arm's parameters that it sets
 /// free.

@@ -81,6 +81,7 @@ struct EffectParameter {
   double scale;
   Role role = Role::kSize;
   Grid grid{};
+  bool known = false;  // no search moves it unless it is set free
 };
 
 /// Name, unit, beginning and prior standard deviation of one state of an effect.
@@ -119,6 +120,39 @@ concept ActsOnSensor = requires(const Motion<double>& motion, const double* x, c
 template <class E>
 concept FreesParameters = requires {
   E::frees.size();
+};
+
+/// What a learnt law is a law of, for whoever reads its curve.
+struct LawAxes {
+  std::string_view over;   // what it goes with
+  std::string_view unit;   // of that
+  std::string_view gives;  // the torque (N.m) that it tells
+};
+
+/// From where to where a learnt law is free.
+struct LawSpan {
+  double from;
+  double to;
+};
+
+/// A law that is learnt where no name fits: a smooth curve over one quantity of the motion, linear
+/// in its sizes. Beside what every effect has it tells
+///
+///     abscissa(motion, x)   -> T, the quantity that it goes with
+///     law(at, p)            -> T, N.m, the curve there
+///     span(p)               -> LawSpan, outside of which it goes on as it ends, or repeats
+///     axes                  LawAxes
+///     range                 position of the parameter that is the greatest magnitude of the
+///                           quantity for which it is free; -1: it repeats
+///
+/// Such a curve comes near to many a law that has a name of its own: a search for names leaves it
+/// out.
+template <class E>
+concept LearntLaw = requires(const double& at, const double* p) {
+  { E::template law<double>(at, p) } -> std::same_as<double>;
+  { E::span(p) } -> std::same_as<LawSpan>;
+  { E::axes } -> std::convertible_to<LawAxes>;
+  { E::range } -> std::convertible_to<int>;
 };
 
 /// |v|, smooth within `width` of 0, where it is `width`.

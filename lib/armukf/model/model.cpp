@@ -139,7 +139,7 @@ void Model::add_effect(std::string_view name) {
                           .lower = p.lower,
                           .upper = p.upper,
                           .scale = p.scale,
-                          .known = false});
+                          .known = p.known});
   for (const std::string_view freed : freed_by(effect)) parameter(freed).known = false;
   if (states.size() > kMaxStates || parameters.size() > kMaxParameters)
     throw InputError(

@@ -52,10 +52,10 @@ struct Model {
   /// Whether an effect goes with an angle of the motor.
   bool has_angle() const;
 
-  /// Adds an effect with its states and (unknown) parameters; the same again changes nothing. The
-  /// name may say which of several of its kind it is, `torque_ripple:2`; its states and parameters
-  /// are then `torque_ripple_2` and so on. InputError where there is no such effect, or where a
-  /// second one would do what the first does.
+  /// Adds an effect with its states and parameters, unknown but for the ranges of learnt laws; the
+  /// same again changes nothing. The name may say which of several of its kind it is,
+  /// `torque_ripple:2`; its states and parameters are then `torque_ripple_2` and so on. InputError
+  /// where there is no such effect, or where a second one would do what the first does.
   void add_effect(std::string_view name);
 
   /// Takes an effect out again, with its states and parameters. Parameters of the arm that it had

@@ -11,6 +11,7 @@
 #include "armukf/core/error.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/report/estimate_report.hpp"
+#include "armukf/report/laws_json.hpp"
 #include "armukf/report/parameters_json.hpp"
 
 namespace armukf {
@@ -166,6 +167,7 @@ nlohmann::ordered_json fit_json(const FitSummary& s) {
                           {"sensor_noise", found.noise->sensor_sd},
                           {"log_likelihood", found.noise->log_likelihood}};
   json.update(angle_json(found.free));
+  if (Json laws = laws_json(found); !laws.empty()) json["laws"] = std::move(laws);
   return json;
 }
 
