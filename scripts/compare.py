@@ -46,6 +46,11 @@ def start_of(number):
     return {} if number == 0 else sweeps.drawn_about(START, START_SPREAD, random.Random(f"start {number}"))
 
 
+def known(sd):
+    """A deviation; null is one of which nothing is known."""
+    return math.inf if sd is None else sd
+
+
 def recursion(item):
     """Distance of each parameter from the batch value over time, and at the end."""
     with tempfile.TemporaryDirectory() as folder:
@@ -78,7 +83,7 @@ def recursion(item):
     length = t - first
     return {"distance": distance, "settled_s": {p: v if v < 0.999 * length else None for p, v in late.items()},
             "difference": off, "fit": result["simulation"]["fit_percent"],
-            "sd": {p: result["parameters"][p]["sd"] / item["batch"][p] for p in TRUTH}}
+            "sd": {p: known(result["parameters"][p]["sd"]) / item["batch"][p] for p in TRUTH}}
 
 
 def summary(results, batches):

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <string>
 
 namespace armukf {
@@ -47,9 +48,30 @@ TEST(Acceptance, RefusesWhatHelpsInOneStretchOnly) {
   Evidence evidence = lower_at(kFar, 0.2);
   evidence.witnesses[0].after.blocks[kFar].fill(0.999);
   evidence.witnesses[0].after.blocks[kFar][3] = 0.01;  // all of the help; no block gets worse
-  EXPECT_EQ(evidence.witnesses[0].better_blocks(kFar), kForesightBlocks);
-  EXPECT_LT(evidence.witnesses[0].steadiness(kFar), 1.1);
+  for (const double fall : evidence.falls(kFar)) EXPECT_GT(fall, 0.0);
+  EXPECT_LT(steadiness(evidence.falls(kFar)), 1.1);
   EXPECT_NE(refusal(evidence, {}), "");
+}
+
+/// A model that runs away on some blocks is no less certain to be bettered than one that errs.
+TEST(Acceptance, IsNotUnsettledByOneBlockThatGainsMost) {
+  Evidence evidence = lower_at(kMiddle, 0.3);
+  evidence.witnesses[0].before.blocks[kMiddle][2] = 1e6;
+  evidence.witnesses[0].before.all[kMiddle] = 1e5;
+  EXPECT_EQ(refusal(evidence, {}), "");
+}
+
+/// Half of the blocks of each record say little; those of both together are enough.
+TEST(Acceptance, PoolsTheBlocksOfAllWitnesses) {
+  Evidence one = lower_at(kFar, 0.2);
+  constexpr std::array kUneven{0.4, -0.1, 0.5, 0.1, 0.6, 0.1, -0.1, 0.1};
+  for (int b = 0; b < kForesightBlocks; ++b)
+    one.witnesses[0].after.blocks[kFar][b] = 1.0 - kUneven[b];
+  EXPECT_NE(refusal(one, {}), "");
+  Evidence both = one;
+  both.witnesses.push_back(one.witnesses[0]);
+  EXPECT_GT(steadiness(both.falls(kFar)), 1.4 * steadiness(one.falls(kFar)));
+  EXPECT_EQ(refusal(both, {}), "");
 }
 
 TEST(Acceptance, RefusesHarmAtAShorterHorizon) {
@@ -76,7 +98,7 @@ TEST(Acceptance, NeedsNoBlockThatSaysNothing) {
   Evidence evidence = lower_at(kFar, 0.2);
   Witness& witness = evidence.witnesses[0];
   witness.before.blocks[kFar][0] = witness.after.blocks[kFar][0] = 0.0;
-  EXPECT_EQ(witness.blocks(kFar), kForesightBlocks - 1);
+  EXPECT_EQ(witness.falls(kFar).size(), static_cast<std::size_t>(kForesightBlocks - 1));
   EXPECT_EQ(refusal(evidence, {}), "");
 }
 

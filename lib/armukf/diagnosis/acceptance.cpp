@@ -4,70 +4,76 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "armukf/core/constants.hpp"
 
 namespace armukf {
 namespace {
 
-bool mostly_better(const Witness& w, Horizon horizon, const AcceptanceSettings& s) {
-  return w.better_blocks(horizon) >= s.least_blocks * w.blocks(horizon) &&
-         w.steadiness(horizon) >= s.least_steadiness;
+/// Of the blocks, those that get better.
+std::ptrdiff_t better(const std::vector<double>& falls) {
+  return std::ranges::count_if(falls, [](double fall) { return fall > 0.0; });
 }
 
-bool helps_at(Horizon horizon, const Witness& w, const AcceptanceSettings& s) {
+bool helps_at(Horizon horizon, const Evidence& e, const AcceptanceSettings& s) {
   const double least = horizon == kMiddle ? s.middle_help : s.far_help;
-  if (!(w.help(horizon) >= least && mostly_better(w, horizon, s))) return false;
-  for (int shorter = kMiddle; shorter < horizon; ++shorter)
-    if (!(w.help(static_cast<Horizon>(shorter)) >= -s.most_harm)) return false;
-  return true;
+  for (const Witness& w : e.witnesses) {
+    if (!(w.help(horizon) >= least)) return false;
+    for (int shorter = kMiddle; shorter < horizon; ++shorter)
+      if (!(w.help(static_cast<Horizon>(shorter)) >= -s.most_harm)) return false;
+  }
+  const std::vector<double> falls = e.falls(horizon);
+  return static_cast<double>(better(falls)) >= s.least_blocks * static_cast<double>(falls.size()) &&
+         steadiness(falls) >= s.least_steadiness;
 }
 
-bool helps(const Witness& w, const AcceptanceSettings& s) {
-  return helps_at(kMiddle, w, s) || helps_at(kFar, w, s) || helps_at(kLast, w, s);
-}
-
-std::string refusal_by(const Witness& w, const AcceptanceSettings& s) {
-  if (!(w.help(kNear) >= -s.most_harm))
-    return fmt::format("makes predictions over {} samples of {} worse by {:.1f} %",
-                       kHorizons[kNear], w.what, -100.0 * w.help(kNear));
-  if (helps(w, s)) return "";
-  std::string found;
-  for (const Horizon h : {kMiddle, kFar, kLast})
-    found += fmt::format("{}{:.1f} % over {} samples ({} of {} blocks, {:.1f} deviations)",
-                         h == kMiddle ? "" : ", ", 100.0 * w.help(h), kHorizons[h],
-                         w.better_blocks(h), w.blocks(h), w.steadiness(h));
-  return fmt::format("lowers the error of predictions of {} by {}, which is not beyond chance",
-                     w.what, found);
+/// What the witnesses say of a horizon.
+std::string told_at(Horizon horizon, const Evidence& e) {
+  std::string text = fmt::format("over {} samples", kHorizons[horizon]);
+  for (const Witness& w : e.witnesses)
+    text += fmt::format(" by {:.1f} % of {},", 100.0 * w.help(horizon), w.what);
+  const std::vector<double> falls = e.falls(horizon);
+  return text + fmt::format(" in {} of {} blocks, {:.1f} deviations", better(falls), falls.size(),
+                            steadiness(falls));
 }
 
 }  // namespace
 
-int Witness::better_blocks(Horizon horizon) const {
-  int better = 0;
-  for (int b = 0; b < kForesightBlocks; ++b)
-    better += after.blocks[horizon][b] < before.blocks[horizon][b];
-  return better;
+std::vector<double> Witness::falls(Horizon horizon) const {
+  constexpr double kMost = std::numbers::ln2;
+  std::vector<double> falls;
+  for (int b = 0; b < kForesightBlocks; ++b) {
+    const double error = before.blocks[horizon][b];
+    if (!(error > 0.0)) continue;
+    const double fall = std::log(error / after.blocks[horizon][b]);
+    falls.push_back(std::isnan(fall) ? -kMost : std::clamp(fall, -kMost, kMost));
+  }
+  return falls;
 }
 
-int Witness::blocks(Horizon horizon) const {
-  return static_cast<int>(
-      std::ranges::count_if(before.blocks[horizon], [](double mse) { return mse > 0.0; }));
-}
-
-double Witness::steadiness(Horizon horizon) const {
+double steadiness(const std::vector<double>& falls) {
   double sum = 0.0;
   double squares = 0.0;
-  double count = 0.0;
-  for (int b = 0; b < kForesightBlocks; ++b) {
-    if (!(before.blocks[horizon][b] > 0.0)) continue;
-    const double fall = std::log(before.blocks[horizon][b] / after.blocks[horizon][b]);
+  for (const double fall : falls) {
     sum += fall;
     squares += fall * fall;
-    count += 1.0;
   }
+  const auto count = static_cast<double>(falls.size());
+  if (count < 2.0) return 0.0;
   const double mean = sum / count;
-  return count > 1.0 ? mean / std::sqrt((squares / count - mean * mean) / (count - 1.0)) : 0.0;
+  const double variance = std::max(0.0, squares / count - mean * mean) / (count - 1.0);
+  if (mean == 0.0) return 0.0;
+  return variance > 0.0 ? mean / std::sqrt(variance) : std::copysign(kInfinite, mean);
+}
+
+std::vector<double> Evidence::falls(Horizon horizon) const {
+  std::vector<double> all;
+  for (const Witness& w : witnesses) {
+    const std::vector<double> own = w.falls(horizon);
+    all.insert(all.end(), own.begin(), own.end());
+  }
+  return all;
 }
 
 double Evidence::merit(Horizon horizon) const {
@@ -80,8 +86,7 @@ double Evidence::merit(Horizon horizon) const {
 
 Horizon shows_at(const Evidence& e, const AcceptanceSettings& s) {
   for (const Horizon h : {kMiddle, kFar})
-    if (std::ranges::all_of(e.witnesses, [&](const Witness& w) { return helps_at(h, w, s); }))
-      return h;
+    if (helps_at(h, e, s)) return h;
   return kLast;
 }
 
@@ -91,9 +96,16 @@ std::string refusal(const Evidence& e, const AcceptanceSettings& s) {
   // As of a resonance without damping, which follows a periodic torque from elsewhere.
   if (!e.at_bound.empty())
     return fmt::format("its {} is at the least that is allowed: nothing is like that", e.at_bound);
-  for (const Witness& witness : e.witnesses)
-    if (std::string reason = refusal_by(witness, s); !reason.empty()) return reason;
-  return "";
+  for (const Witness& w : e.witnesses)
+    if (!(w.help(kNear) >= -s.most_harm))
+      return fmt::format("makes predictions over {} samples of {} worse by {:.1f} %",
+                         kHorizons[kNear], w.what, -100.0 * w.help(kNear));
+  std::string told;
+  for (const Horizon h : {kMiddle, kFar, kLast}) {
+    if (helps_at(h, e, s)) return "";
+    told += (told.empty() ? "" : "; ") + told_at(h, e);
+  }
+  return fmt::format("lowers the error of predictions {}: not beyond chance", told);
 }
 
 }  // namespace armukf

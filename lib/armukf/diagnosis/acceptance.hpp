@@ -17,10 +17,14 @@ struct Witness {
 
   /// Share by which the error falls.
   double help(Horizon horizon) const { return 1.0 - after.all[horizon] / before.all[horizon]; }
-  int better_blocks(Horizon horizon) const;
-  int blocks(Horizon horizon) const;  // that say anything
-  double steadiness(Horizon horizon) const;
+
+  /// By which its logarithm falls in each block that says anything; a block tells no more than that
+  /// the error has halved or doubled, lest one stretch speaks for all.
+  std::vector<double> falls(Horizon horizon) const;
 };
+
+/// How sure the fall is: the mean over its own deviation.
+double steadiness(const std::vector<double>& falls);
 
 /// All that is known of a candidate once it is refitted.
 struct Evidence {
@@ -28,6 +32,9 @@ struct Evidence {
   double p_value = 1.0;    // of that, corrected for all that was looked at
   std::string at_bound;    // a shape's name that the fit has pressed against its least value
   std::vector<Witness> witnesses;
+
+  /// Of the blocks of all witnesses.
+  std::vector<double> falls(Horizon horizon) const;
 
   /// Of two explanations that show at a horizon the one with more of it goes first: the fall of the
   /// errors' logarithms there and at the one before, over all witnesses.

@@ -6,8 +6,9 @@ namespace armukf {
 struct AcceptanceSettings {
   double most_p =
       0.01;  // that the effect's sizes are as far from none, given all that was looked at
-  /// Of an error's logarithms before and after, block by block: mean fall over its deviation. Where
-  /// nothing is missing, a drift of the torque reached 1.8 with all blocks better, and 20 % less.
+  /// Of the falls of the errors' logarithms in the blocks of all witnesses: their mean over its
+  /// deviation. Where nothing is missing, a drift of the torque reached 1.8 on one record with all
+  /// of its blocks better, and 20 % less.
   double least_steadiness = 2.5;
   double least_blocks = 0.75;  // of them, that get better
   double middle_help = 0.03;   // to the error at 200 samples

@@ -207,15 +207,6 @@ std::string shape_at_bound(const Model& model) {
   return "";
 }
 
-/// How many trials of each effect were looked at.
-using Looks = std::map<std::string, double>;
-
-Looks looks_of(const std::vector<Trial>& trials) {
-  Looks looks;
-  for (const Trial& trial : trials) looks[trial.effect] += trial.looks;
-  return looks;
-}
-
 /// For all that was looked at: each effect has the same share in a wrong decision, and each of its
 /// trials the same share of that.
 double corrected(double chance, const std::string& effect, const Looks& looks) {
@@ -343,10 +334,9 @@ const Refit* best_found(const std::vector<Refit>& refits) {
   return best;
 }
 
-Contest contest(Explained& now, const std::vector<ForesightFit>& bases, const Suggested& suggested,
-                const TraceRecords& records, double density, const AcceptanceSettings& acceptance) {
-  const std::vector<Trial> trials = trials_for(now.fit.model, suggested);
-  const Looks looks = looks_of(trials);
+Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
+                const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
+                double density, const AcceptanceSettings& acceptance) {
   const std::vector<Begun> begun = begun_fits(now, trials, bases, records, density);
   std::map<std::string, bool> judged;  // of each effect: whether it is among the most promising
   std::vector<const Begun*> promising;
@@ -370,7 +360,7 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases, const Su
   constexpr int kMinima = 3;
   for (int i = 0; i < kMinima && improve(now, result.refits, records); ++i)
     judge_all(now, records, looks, acceptance, result.refits);
-  for (const auto& [effect, count] : looks)
+  for (const auto& [effect, count] : looks_of(trials))
     if (!judged[effect]) result.others.push_back(effect);
   return result;
 }

@@ -62,14 +62,14 @@ struct Contest {
   std::vector<std::string> others;  // effects that were only begun
 };
 
-/// Tries every effect of the catalogue that the model lacks on top of each base, from where score
-/// tests suggest, a few iterations; goes on with the better ones, and judges the most promising.
-/// now: what is to be surpassed; it changes to a better minimum of the same model where the best
-/// effect has led to one. suggested: by the residual of the model as a plain simulation. density:
-/// kForesightDensity, where all unknowns are fitted together with the effect's own, or kSimulated,
-/// where these are fitted alone: what drifts under a torque noise is no reason to change what the
-/// predictions have told.
-Contest contest(Explained& now, const std::vector<ForesightFit>& bases, const Suggested& suggested,
-                const TraceRecords& records, double density, const AcceptanceSettings& acceptance);
+/// Tries every effect that there is a trial of on top of each base, from where score tests suggest,
+/// a few iterations; goes on with the better ones, and judges the most promising. now: what is to
+/// be surpassed; it changes to a better minimum of the same model where the best effect has led to
+/// one. looks: all that p-values are to count. density: kForesightDensity, where all unknowns are
+/// fitted together with the effect's own, or kSimulated, where these are fitted alone: what drifts
+/// under a torque noise is no reason to change what the predictions have told.
+Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
+                const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
+                double density, const AcceptanceSettings& acceptance);
 
 }  // namespace armukf

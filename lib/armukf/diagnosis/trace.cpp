@@ -88,13 +88,14 @@ bool as_well(const Explained& fewer, const Explained& full, bool validated) {
 }
 
 /// Takes out again what no longer helps; what is taken out was not accepted in the end.
-void remove_idle(const Model& base, Diagnosis& diagnosis, Explained& now,
-                 const TraceRecords& records) {
+void remove_idle(const Model& base, const std::vector<ForesightFit>& bases, Diagnosis& diagnosis,
+                 Explained& now, const TraceRecords& records) {
   for (std::size_t i = 0; diagnosis.effects.size() > 1 && i < diagnosis.effects.size();) {
     const std::string effect = diagnosis.effects[i].effect;
-    const Model fewer = without(now.fit.model, base, effect, diagnosis.effects);
-    const Explained rest = explained(fewer, states_by_name(fewer, now.fit.model, now.fit.x0),
-                                     records, kForesightDensity);
+    ForesightFit fewer;
+    fewer.model = without(now.fit.model, base, effect, diagnosis.effects);
+    fewer.x0 = states_by_name(fewer.model, now.fit.model, now.fit.x0);
+    const Explained rest = best_explained(fewer, bases, records);
     if (!as_well(rest, now, !records.validation.empty())) {
       ++i;
       continue;
@@ -211,9 +212,10 @@ std::vector<std::string> unexplained(const Simulated& now, const TraceRecords& r
   std::vector<std::string> left = left_of(now.estimation, records.estimation);
   const double ratio = now.validation.mse / now.estimation.mse;
   if (records.validation.empty() || ratio < kMoreLeft) return left;
+  const std::vector<std::string> there = left_of(now.validation, records.validation);
+  if (there.empty()) return left;  // more noise, or more of it that drifts
   left.push_back(fmt::format("the validation error is {:.1f} times that of the estimation", ratio));
-  for (const std::string& text : left_of(now.validation, records.validation))
-    left.push_back("in the validation record: " + text);
+  for (const std::string& text : there) left.push_back("in the validation record: " + text);
   return left;
 }
 
@@ -274,6 +276,11 @@ void check_fit(const FittedModel& fit, const std::vector<Record>& records, std::
 /// Share by which the error of predictions falls at the horizon where it falls most.
 double most_help(const Witness& witness) {
   return std::max({witness.help(kMiddle), witness.help(kFar), witness.help(kLast)});
+}
+
+/// What was judged later in a round.
+void add(Contest more, Contest& round) {
+  std::ranges::move(more.refits, std::back_inserter(round.refits));
 }
 
 /// All that a round looked at, into the diagnosis.
@@ -342,11 +349,23 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
     say(fmt::format("round {}", round), static_cast<double>(round) / (settings.most_effects + 2));
     const Suggested suggested =
         suggested_by(simulated.estimation, records.estimation, records.propagation);
-    Contest found = contest(now, bases, suggested, records, kForesightDensity, settings.acceptance);
+    const std::vector<Trial> names = trials_for(now.fit.model, suggested);
+    Looks looks = looks_of(names);
+    const auto compete = [&](const std::vector<ForesightFit>& on, const std::vector<Trial>& trials,
+                             double density) {
+      return contest(now, on, trials, looks, records, density, settings.acceptance);
+    };
+    Contest found = compete(bases, names, kForesightDensity);
     const Refit* chosen = best_found(found.refits);
     if (chosen == nullptr || chosen->shows_at > kMiddle) {
-      Contest slow = contest(now, {now.fit}, suggested, records, kSimulated, settings.acceptance);
-      std::ranges::move(slow.refits, std::back_inserter(found.refits));
+      add(compete({now.fit}, names, kSimulated), found);
+      chosen = best_found(found.refits);
+    }
+    if (chosen == nullptr) {  // no name fits
+      const std::vector<Trial> laws =
+          law_trials_for(now.fit.model, records.estimation, records.propagation);
+      looks.merge(looks_of(laws));
+      add(compete({now.fit}, laws, kForesightDensity), found);
       chosen = best_found(found.refits);
     }
     note(found, chosen, round, diagnosis.candidates);
@@ -364,7 +383,7 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
                                  rivals(*chosen, found.refits)});
   }
   say("removal", 0.9);
-  remove_idle(base, diagnosis, now, records);
+  remove_idle(base, first.all, diagnosis, now, records);
   if (!diagnosis.effects.empty()) {
     simulated.estimation = finished(now, held, records);
     simulated.validation = judged(simulated.estimation, records);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "armukf/batch/law_ranges.hpp"
+
 namespace armukf {
 namespace {
 
@@ -82,6 +84,25 @@ std::vector<Trial> trials_for(const Model& model, const Suggested& suggested) {
     for (Trial& trial : trials_of(effect, model, suggested)) all.push_back(std::move(trial));
   }
   return all;
+}
+
+std::vector<Trial> law_trials_for(const Model& model, const std::vector<Record>& pieces,
+                                  const Propagation& propagation) {
+  std::vector<Trial> all;
+  for (const std::string_view effect : effect_names()) {
+    if (model.has_effect(effect) || !is_learnt_law(find_effect(effect))) continue;
+    for (Trial& trial : trials_of(effect, model, {})) {
+      cover_ranges(trial.model, pieces, propagation);
+      all.push_back(std::move(trial));
+    }
+  }
+  return all;
+}
+
+Looks looks_of(const std::vector<Trial>& trials) {
+  Looks looks;
+  for (const Trial& trial : trials) looks[trial.effect] += trial.looks;
+  return looks;
 }
 
 }  // namespace armukf

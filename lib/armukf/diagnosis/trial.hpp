@@ -1,9 +1,12 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
+#include "armukf/core/record.hpp"
 #include "armukf/model/model.hpp"
+#include "armukf/ode/propagation.hpp"
 
 namespace armukf {
 
@@ -28,6 +31,14 @@ struct Suggested {
 
 /// Every effect of the catalogue that the model does not have, over its grid; no learnt laws.
 std::vector<Trial> trials_for(const Model& model, const Suggested& suggested);
+
+/// Every law that could be learnt and that the model does not have, over what the records cover.
+std::vector<Trial> law_trials_for(const Model& model, const std::vector<Record>& pieces,
+                                  const Propagation& propagation);
+
+/// How many trials of each effect were looked at.
+using Looks = std::map<std::string, double>;
+Looks looks_of(const std::vector<Trial>& trials);
 
 /// Of one effect.
 std::vector<Trial> trials_of(std::string_view effect, const Model& model,
