@@ -155,6 +155,29 @@ bool OutputError::evaluate(const Model& model, const double* v, int record, Eige
   return true;
 }
 
+Eigen::VectorXd OutputError::residuals(const double* v) const {
+  const Model model = model_at(v);
+  Eigen::VectorXd all = Eigen::VectorXd::Constant(rows_, kInfinite);
+  if (!model.is_physical(model.values())) return all;
+  Eigen::Index row = 0;
+  for (std::size_t e = 0; e < records_.size(); ++e) {
+    const std::vector<Sample>& samples = records_[e].samples;
+    const Gains none;
+    const Gains& gains = gains_.empty() ? none : gains_[e];
+    const std::vector<double> y = simulate(model, initial_states_at(v, static_cast<int>(e)),
+                                           samples, propagation_, Angles::kMeasured, gains);
+    for (std::size_t k = 0; k < samples.size(); ++k, ++row) {
+      const double weight = gains.empty() ? 1.0 : 1.0 / gains.innovation_sd[k];
+      if (std::isnan(samples[k].y) || weight == 0.0) {
+        all[row] = 0.0;
+      } else if (!std::isnan(y[k])) {
+        all[row] = weight * (y[k] - samples[k].y);
+      }
+    }
+  }
+  return all;
+}
+
 std::vector<Stretch> OutputError::stretches() const {
   std::vector<Stretch> stretches;
   Eigen::Index first = 0;

@@ -49,6 +49,9 @@ class OutputError {
   };
   Evaluation evaluate(const double* v) const;
 
+  /// The residuals alone, at a fraction of the cost; infinite where the simulation runs away.
+  Eigen::VectorXd residuals(const double* v) const;
+
   /// Rows of each record.
   std::vector<Stretch> stretches() const;
 

@@ -10,11 +10,11 @@
 namespace armukf {
 std::vector<double> simulate(const Model& model, const std::vector<double>& x0,
                              const std::vector<Sample>& samples, const Propagation& propagation,
-                             Angles angles) {
+                             Angles angles, const Gains& gains) {
   std::vector<double> y(samples.size(), kNaN);
   visit_states(
       model, model.values(), x0, samples, propagation, recorded_input<double>(samples),
-      [&](std::size_t k, const auto& /*states*/, double speed) { y[k] = speed; }, angles);
+      [&](std::size_t k, const auto& /*states*/, double speed) { y[k] = speed; }, angles, gains);
   return y;
 }
 

@@ -3,6 +3,7 @@
 #include <map>
 #include <vector>
 
+#include "armukf/batch/gains.hpp"
 #include "armukf/core/record.hpp"
 #include "armukf/model/model.hpp"
 #include "armukf/model/plant.hpp"
@@ -17,10 +18,10 @@ enum class Angles { kMeasured, kSimulated };
 /// Motor speed (rad/s) at each sample of a record, from the states x0 (one per state of the model)
 /// at its first sample, under the record's input alone: what the model says without ever seeing y,
 /// but for the angles of effects where they are measured. NaN from where it runs away to numbers
-/// without meaning.
+/// without meaning. With gains: corrected by them, the prediction one sample ahead.
 std::vector<double> simulate(const Model& model, const std::vector<double>& x0,
                              const std::vector<Sample>& samples, const Propagation& propagation,
-                             Angles angles = Angles::kMeasured);
+                             Angles angles = Angles::kMeasured, const Gains& gains = {});
 
 /// The same as states, one per state of the model, at each sample.
 std::vector<std::vector<double>> simulate_states(const Model& model, const std::vector<double>& x0,

@@ -14,13 +14,12 @@
 namespace armukf {
 namespace {
 
-constexpr int kLong = 60;               // iterations to the end of a fit
-constexpr std::size_t kStarts = 4;      // of an effect
-constexpr int kFirst = 2;               // iterations from each
-constexpr int kSecond = 4;              // more, from the best
-constexpr std::size_t kSlowRefits = 8;  // where effects are fitted alone
-constexpr std::size_t kBegun = 16;      // effects that are gone on with at all
-constexpr std::size_t kRefits = 12;     // effects of a round that are fitted to the end and judged
+constexpr int kLong = 60;            // iterations to the end of a fit
+constexpr std::size_t kStarts = 4;   // of an effect
+constexpr int kFirst = 2;            // iterations from each
+constexpr int kSecond = 4;           // more, from the best
+constexpr std::size_t kBegun = 16;   // effects that are gone on with at all
+constexpr std::size_t kRefits = 12;  // effects of a round that are fitted to the end and judged
 constexpr double kScatterFreedom = 2.0 * kForesightBlocks - 1.0;  // of ForesightFit::sd
 constexpr double kSameLevel = 0.02;                               // of two minima
 constexpr double kBetterMinimum = 0.005;                          // by that in level
@@ -36,28 +35,6 @@ Explained with_errors(ForesightFit fit, const TraceRecords& records) {
         records.validation, records.propagation);
   result.fit = std::move(fit);
   return result;
-}
-
-/// The model with only those unknown that `more` has and `fewer` lacks.
-Model only_new_unknown(const Model& more, const Model& fewer) {
-  Model model = more;
-  for (std::size_t i = 0; i < fewer.parameters.size(); ++i)
-    if (!fewer.parameters[i].known) model.parameters[i].known = true;
-  return model;
-}
-
-/// What comes out of a fit of an effect alone, as if all unknowns of `model` had been in it: those
-/// of `now` as they were, also where a block is left out.
-void complete(const Model& model, const ForesightFit& now, ForesightFit& fit) {
-  for (std::size_t i = 0; i < model.parameters.size(); ++i) {
-    const bool before = i < now.model.parameters.size() && !now.model.parameters[i].known;
-    fit.model.parameters[i].known = model.parameters[i].known;
-    for (std::size_t block = 0; block < fit.left_out.size(); ++block) {
-      Parameter& p = fit.left_out[block].parameters[i];
-      p.known = model.parameters[i].known;
-      if (before) p.value = now.left_out[block].parameters[i].value;
-    }
-  }
 }
 
 /// A fit of an effect that has only begun.
@@ -136,25 +113,13 @@ std::vector<Start> starts_on(const std::vector<ForesightFit>& bases, std::size_t
   return starts;
 }
 
-/// A model of `now` with an effect, fitted from there on.
-ForesightFit fit_on(const Explained& now, const Model& model, const StatesOfPieces& x0,
-                    const std::vector<Record>& pieces, const TraceRecords& records, double density,
-                    int iterations, bool judged = false) {
-  if (density > 0.0)
-    return fit_foresight(model, x0, pieces, records.propagation, density, iterations, judged);
-  ForesightFit fit = fit_foresight(only_new_unknown(model, now.fit.model), x0, pieces,
-                                   records.propagation, density, iterations, judged);
-  complete(model, now.fit, fit);
-  return fit;
-}
-
 /// Every effect from its most promising starts on each base; the best of each, most promising
 /// first.
-std::vector<Begun> begun_fits(const Explained& now, const std::vector<Trial>& trials,
+std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
                               const std::vector<ForesightFit>& bases, const TraceRecords& records,
                               double density) {
   const std::vector<Record> first_parts = beginnings(records.estimation);
-  const std::size_t of_each = density > 0.0 ? std::max<std::size_t>(2, kStarts / bases.size()) : 1;
+  const std::size_t of_each = std::max<std::size_t>(2, kStarts / bases.size());
   std::vector<Start> starts;
   for (std::size_t base = 0; base < bases.size(); ++base)
     for (Start& start : starts_on(bases, base, trials, of_each, first_parts, records))
@@ -168,15 +133,16 @@ std::vector<Begun> begun_fits(const Explained& now, const std::vector<Trial>& tr
     const Suggestion& from = starts[i].suggestion;
     begun[i].trial = starts[i].trial;
     begun[i].base = starts[i].base;
-    begun[i].fit = fit_on(now, from.model, from.x0, first_parts, records, density, kFirst);
+    begun[i].fit =
+        fit_foresight(from.model, from.x0, first_parts, records.propagation, density, kFirst);
     begun[i].level = level(begun[i].fit, first_parts);
   });
   const std::vector<double> usual = medians(begun, bases.size());
   for (Begun& b : begun) b.excess = b.level - usual[b.base];
   keep_best(begun, kBegun);
   for_each_job(records.threads, static_cast<int>(begun.size()), [&](int i) {
-    begun[i].fit = fit_on(now, begun[i].fit.model, begun[i].fit.x0, records.estimation, records,
-                          density, kSecond);
+    begun[i].fit = fit_foresight(begun[i].fit.model, begun[i].fit.x0, records.estimation,
+                                 records.propagation, density, kSecond);
     begun[i].level = level(begun[i].fit, records.estimation);
     begun[i].excess = begun[i].level - usual[begun[i].base];
   });
@@ -249,7 +215,7 @@ void judge_all(const Explained& now, const TraceRecords& records, const Looks& l
 /// The model without an effect, from where the fit with it has led.
 Explained without_effect(const Explained& now, const Refit& refit, const TraceRecords& records) {
   return explained(with_values(now.fit.model, refit.explained.fit.model), now.fit.x0, records,
-                   kForesightDensity);
+                   now.fit.density);
 }
 
 /// What the best effect has gained may be that its fit has left a poor minimum of the model without
@@ -293,7 +259,7 @@ Explained best_explained(const ForesightFit& fit, const std::vector<ForesightFit
   for (const ForesightFit& base : bases) starts.push_back(with_values(fit.model, base.model));
   std::vector<Explained> found(starts.size());
   for_each_job(records.threads, static_cast<int>(starts.size()),
-               [&](int i) { found[i] = explained(starts[i], fit.x0, records, kForesightDensity); });
+               [&](int i) { found[i] = explained(starts[i], fit.x0, records, fit.density); });
   Explained* best = &found.front();
   for (Explained& other : found)
     if (other.estimation.level() < best->estimation.level() - kBetterMinimum) best = &other;
@@ -336,13 +302,13 @@ const Refit* best_found(const std::vector<Refit>& refits) {
 
 Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
                 const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
-                double density, const AcceptanceSettings& acceptance) {
-  const std::vector<Begun> begun = begun_fits(now, trials, bases, records, density);
+                const AcceptanceSettings& acceptance) {
+  const double density = now.fit.density;
+  const std::vector<Begun> begun = begun_fits(trials, bases, records, density);
   std::map<std::string, bool> judged;  // of each effect: whether it is among the most promising
   std::vector<const Begun*> promising;
   for (const Begun& b : begun) {
-    const std::size_t most = density > 0.0 ? kRefits : kSlowRefits;
-    const auto at = judged.try_emplace(b.trial->effect, judged.size() < most).first;
+    const auto at = judged.try_emplace(b.trial->effect, judged.size() < kRefits).first;
     if (at->second) promising.push_back(&b);
   }
   Contest result;
@@ -351,9 +317,8 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
     Refit& refit = result.refits[i];
     const Begun& from = *promising[i];
     refit.trial = *from.trial;
-    refit.density = density;
-    refit.explained = with_errors(fit_on(now, from.fit.model, from.fit.x0, records.estimation,
-                                         records, density, kLong / 3, true),
+    refit.explained = with_errors(fit_foresight(from.fit.model, from.fit.x0, records.estimation,
+                                                records.propagation, density, kLong / 3, true),
                                   records);
   });
   judge_all(now, records, looks, acceptance, result.refits);

@@ -41,7 +41,6 @@ Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords
 /// An effect, fitted on top of a model.
 struct Refit {
   Trial trial;
-  double density = kForesightDensity;  // that it was fitted at
   Explained explained;
   Evidence evidence;
   int parameters = 1;   // that it adds to the unknowns
@@ -65,11 +64,9 @@ struct Contest {
 /// Tries every effect that there is a trial of on top of each base, from where score tests suggest,
 /// a few iterations; goes on with the better ones, and judges the most promising. now: what is to
 /// be surpassed; it changes to a better minimum of the same model where the best effect has led to
-/// one. looks: all that p-values are to count. density: kForesightDensity, where all unknowns are
-/// fitted together with the effect's own, or kSimulated, where these are fitted alone: what drifts
-/// under a torque noise is no reason to change what the predictions have told.
+/// one. looks: all that p-values are to count. density: of the gains, as in now's fit.
 Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
                 const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
-                double density, const AcceptanceSettings& acceptance);
+                const AcceptanceSettings& acceptance);
 
 }  // namespace armukf

@@ -5,6 +5,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <span>
 
@@ -70,8 +71,29 @@ HalfEstimates half_estimates(const OutputError& error, const Minimum& minimum,
   return estimates;
 }
 
+/// How far along a step from the minimum the other rows' cost is no longer above what it is there:
+/// all of it, a half, a quarter ... or nothing. A step that is right for what is linear may lead
+/// far away where the model is not.
+std::vector<double> damped(const OutputError& error, const Variables& variables,
+                           const Minimum& minimum, const Eigen::VectorXd& step,
+                           const std::function<double(const Eigen::VectorXd&)>& cost,
+                           const Eigen::VectorXd& residuals) {
+  constexpr int kHalvings = 4;
+  const double before = cost(residuals);
+  double share = 1.0;
+  for (int i = 0; i <= kHalvings; ++i, share *= 0.5) {
+    std::vector<double> v = minimum.z;
+    for (std::size_t j = 0; j < v.size(); ++j)
+      v[j] = std::clamp(v[j] + share * step[static_cast<Eigen::Index>(j)], variables.lower[j],
+                        variables.upper[j]);
+    if (cost(error.residuals(v.data())) <= before) return v;
+  }
+  return minimum.z;
+}
+
 /// Deviations of the unknowns, from what each part of the rows would change, taken for independent
-/// of the other parts; and the models without a block each: a Gauss-Newton step on the others.
+/// of the other parts; and the models without a block each: a damped Gauss-Newton step on the
+/// others.
 void judge(const OutputError& error, const Variables& variables, const Minimum& minimum,
            ForesightFit& fit) {
   constexpr double kRidge = 1e-3;  // of each variable's information: steers what no row tells
@@ -109,10 +131,11 @@ void judge(const OutputError& error, const Variables& variables, const Minimum& 
     const Eigen::VectorXd step =
         scale.asDiagonal() *
         rest.ldlt().solve(scale.asDiagonal() * (slope_of(block, kForesightBlocks) - slope));
-    std::vector<double> v = minimum.z;
-    for (Eigen::Index i = 0; i < n; ++i)
-      v[i] = std::clamp(v[i] + step[i], variables.lower[i], variables.upper[i]);
-    fit.left_out[block] = error.model_at(v.data());
+    const auto cost_of_others = [&](const Eigen::VectorXd& r) {
+      return r.squaredNorm() - r.segment(first, its.rows()).squaredNorm();
+    };
+    fit.left_out[block] =
+        error.model_at(damped(error, variables, minimum, step, cost_of_others, at.r).data());
   }
 }
 
@@ -201,6 +224,7 @@ ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
   ForesightFit fit;
   fit.model = error.model_at(minimum.z.data());
   fit.cost = minimum.cost;
+  fit.density = density;
   fit.fitted = model.unknowns();
   fit.x0 = error.initial_states_at(minimum.z.data());
   if (judged) judge(error, variables, minimum, fit);

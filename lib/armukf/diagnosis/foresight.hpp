@@ -21,8 +21,12 @@ namespace armukf {
 /// filter hid what is to be found.
 inline constexpr double kForesightDensity = 0.03;
 
-/// No filter at all: the plain simulation. It sees what a filter makes good for, offsets and slow
-/// friction, and cannot tell them from a slow torque noise.
+/// A filter that corrects over about a second, kHorizons[kFar], as the one above does over a
+/// fortieth: it leaves to the model what that one makes good for, offsets and slow friction, which
+/// are to be looked for once the fast dynamics are right.
+inline constexpr double kSlowDensity = 0.001;
+
+/// No filter at all: the plain simulation. It cannot tell anything slow from a torque noise.
 inline constexpr double kSimulated = 0.0;
 
 /// Parts of the samples of all pieces, one after the other, that are left out in turn.
@@ -45,13 +49,14 @@ Model with_values(Model model, const Model& other);
 /// A model fitted to the pieces of a record.
 struct ForesightFit {
   Model model;
-  StatesOfPieces x0;  // at each piece's first sample
-  double cost = 0.0;  // half the sum of squared errors, one sample ahead each over its deviation
-  std::vector<int> fitted;              // positions of what was unknown in this fit
-  std::vector<double> sd;               // of these, by how they scatter between sixteenths
-  std::vector<Model> left_out;          // fitted without a block each, by one step from the minimum
-  Eigen::MatrixXd information;          // J'J of these, then of free initial states
-  Eigen::MatrixXd slopes;               // J'r of each sixteenth, a column each
+  StatesOfPieces x0;     // at each piece's first sample
+  double density = 0.0;  // that the gains were made for
+  double cost = 0.0;     // half the sum of squared errors, one sample ahead each over its deviation
+  std::vector<int> fitted;      // positions of what was unknown in this fit
+  std::vector<double> sd;       // of these, by how they scatter between sixteenths
+  std::vector<Model> left_out;  // fitted without a block each, by one damped step from the minimum
+  Eigen::MatrixXd information;  // J'J of these, then of free initial states
+  Eigen::MatrixXd slopes;       // J'r of each sixteenth, a column each
   std::array<HalfEstimates, 2> halves;  // of `fitted`
 };
 
@@ -65,7 +70,7 @@ Distance distance(const ForesightFit& fit, const std::vector<int>& positions,
                   const std::vector<double>& from);
 
 /// From the model's values and those initial states on (extended where the model has more).
-/// density: kForesightDensity or kSimulated. judged: with deviations and what is fitted without
+/// density: one of the three above. judged: with deviations and what is fitted without
 /// each block.
 ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
                            const std::vector<Record>& pieces, const Propagation& propagation,

@@ -94,6 +94,7 @@ void remove_idle(const Model& base, const std::vector<ForesightFit>& bases, Diag
     const std::string effect = diagnosis.effects[i].effect;
     ForesightFit fewer;
     fewer.model = without(now.fit.model, base, effect, diagnosis.effects);
+    fewer.density = now.fit.density;
     fewer.x0 = states_by_name(fewer.model, now.fit.model, now.fit.x0);
     const Explained rest = best_explained(fewer, bases, records);
     if (!as_well(rest, now, !records.validation.empty())) {
@@ -139,38 +140,18 @@ FittedModel plain(const Explained& now, const TraceRecords& records) {
   return placed(now.fit.model, records.estimation, records.propagation);
 }
 
-/// Parameters that were told by the plain simulation, with their deviations, and are kept as they
-/// are while predictions tell the others.
-using Held = std::map<std::string, double>;
-
-/// The slow effect is found: what it brought is held from now on.
-void hold(ForesightFit& slow, Held& held) {
-  for (std::size_t i = 0; i < slow.fitted.size(); ++i) {
-    Parameter& p = slow.model.parameters[slow.fitted[i]];
-    p.known = true;
-    held[p.name] = slow.sd[i];
-  }
-}
-
-/// All unknowns with what is known of them.
-FittedModel with_deviations(FittedModel simulated, const ForesightFit& fit, const Held& held) {
-  const std::vector<int> unknowns = fit.model.unknowns();
-  for (std::size_t i = 0; i < simulated.model.parameters.size(); ++i) {
-    Parameter& p = simulated.model.parameters[i];
-    const auto at = std::ranges::find(unknowns, static_cast<int>(i)) - unknowns.begin();
-    const auto kept = held.find(p.name);
-    if (kept == held.end() && p.known) continue;
-    const double sd = kept != held.end() ? kept->second : fit.sd[at];
-    p.known = false;
-    simulated.parameters.push_back({static_cast<int>(i), p.value, sd, sd, false});
-  }
+/// With what is known of the unknowns.
+FittedModel with_deviations(FittedModel simulated, const ForesightFit& fit) {
+  for (std::size_t i = 0; i < fit.fitted.size(); ++i)
+    simulated.parameters.push_back(
+        {fit.fitted[i], fit.model.parameters[fit.fitted[i]].value, fit.sd[i], fit.sd[i], false});
   return simulated;
 }
 
 /// The completed model as a simulation: with the values that foretell best, or fitted once more as
 /// a plain simulation, whichever foretells better over the far horizon what it was not fitted to.
-FittedModel finished(const Explained& now, const Held& held, const TraceRecords& records) {
-  const FittedModel as_it_is = with_deviations(plain(now, records), now.fit, held);
+FittedModel finished(const Explained& now, const TraceRecords& records) {
+  const FittedModel as_it_is = with_deviations(plain(now, records), now.fit);
   const FittedModel refitted =
       fitted(as_it_is.model, as_it_is.x0, records.estimation, records.propagation, kLong);
   const Explained simulated = explained(refitted.model, now.fit.x0, records, kSimulated);
@@ -241,7 +222,7 @@ std::vector<Consistency> consistency_of(const Explained& now, const TraceRecords
   if (records.validation.empty()) return all;
   const ForesightFit other =
       fit_foresight(fit.model, states_before(fit.model, records.validation, records.propagation),
-                    records.validation, records.propagation, kForesightDensity, kLong / 2, true);
+                    records.validation, records.propagation, fit.density, kLong / 2, true);
   for (std::size_t i = 0; i < fit.fitted.size(); ++i) {
     const int at = fit.fitted[i];
     all.push_back(consistency_of(fit.model.parameters[at].name, "records",
@@ -344,35 +325,34 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
   std::vector<ForesightFit> bases = first.all;
   Explained now = first.best;
   const Model base = now.fit.model;
-  Held held;
   for (int round = 1; round <= settings.most_effects; ++round) {
     say(fmt::format("round {}", round), static_cast<double>(round) / (settings.most_effects + 2));
     const Suggested suggested =
         suggested_by(simulated.estimation, records.estimation, records.propagation);
     const std::vector<Trial> names = trials_for(now.fit.model, suggested);
     Looks looks = looks_of(names);
-    const auto compete = [&](const std::vector<ForesightFit>& on, const std::vector<Trial>& trials,
-                             double density) {
-      return contest(now, on, trials, looks, records, density, settings.acceptance);
+    const auto compete = [&](Explained& with, const std::vector<ForesightFit>& on,
+                             const std::vector<Trial>& trials) {
+      return contest(with, on, trials, looks, records, settings.acceptance);
     };
-    Contest found = compete(bases, names, kForesightDensity);
+    Contest found = compete(now, bases, names);
+    Explained slow = now;
     const Refit* chosen = best_found(found.refits);
-    if (chosen == nullptr || chosen->shows_at > kMiddle) {
-      add(compete({now.fit}, names, kSimulated), found);
+    if (now.fit.density > kSlowDensity && (chosen == nullptr || chosen->shows_at > kMiddle)) {
+      slow = explained(now.fit.model, now.fit.x0, records, kSlowDensity);
+      add(compete(slow, {slow.fit}, names), found);
       chosen = best_found(found.refits);
     }
     if (chosen == nullptr) {  // no name fits
       const std::vector<Trial> laws =
-          law_trials_for(now.fit.model, records.estimation, records.propagation);
+          law_trials_for(slow.fit.model, records.estimation, records.propagation);
       looks.merge(looks_of(laws));
-      add(compete({now.fit}, laws, kForesightDensity), found);
+      add(compete(slow, {slow.fit}, laws), found);
       chosen = best_found(found.refits);
     }
     note(found, chosen, round, diagnosis.candidates);
     if (chosen == nullptr) break;
-    ForesightFit fit = chosen->explained.fit;
-    if (chosen->density == kSimulated) hold(fit, held);
-    now = best_explained(fit, first.all, records);
+    now = best_explained(chosen->explained.fit, first.all, records);
     bases = {now.fit};
     const double before = simulated.validation.mse;
     simulated.estimation = plain(now, records);
@@ -385,7 +365,7 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
   say("removal", 0.9);
   remove_idle(base, first.all, diagnosis, now, records);
   if (!diagnosis.effects.empty()) {
-    simulated.estimation = finished(now, held, records);
+    simulated.estimation = finished(now, records);
     simulated.validation = judged(simulated.estimation, records);
   }
   say("what is left", 0.95);

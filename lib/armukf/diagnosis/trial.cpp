@@ -1,5 +1,7 @@
 #include "armukf/diagnosis/trial.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -49,6 +51,19 @@ std::vector<Trial> crossed(const std::vector<Trial>& trials, int position, const
   return all;
 }
 
+/// The effect, if the model does not have it; if it may be there several times, at other harmonics
+/// or frequencies, with the next number; else nothing.
+std::string one_more(std::string_view effect, const Model& model) {
+  if (!model.has_effect(effect)) return std::string(effect);
+  const std::vector<EffectParameter> parameters = parameters_of(find_effect(effect));
+  const bool many = std::ranges::any_of(
+      parameters, [](const EffectParameter& p) { return p.grid.periodic || p.grid.resonant; });
+  if (!many) return "";
+  for (int number = 2;; ++number)
+    if (std::string name = fmt::format("{}:{}", effect, number); !model.has_effect(name))
+      return name;
+}
+
 }  // namespace
 
 std::vector<Trial> trials_of(std::string_view effect, const Model& model,
@@ -80,8 +95,10 @@ std::vector<Trial> trials_of(std::string_view effect, const Model& model,
 std::vector<Trial> trials_for(const Model& model, const Suggested& suggested) {
   std::vector<Trial> all;
   for (const std::string_view effect : effect_names()) {
-    if (model.has_effect(effect) || is_learnt_law(find_effect(effect))) continue;
-    for (Trial& trial : trials_of(effect, model, suggested)) all.push_back(std::move(trial));
+    if (is_learnt_law(find_effect(effect))) continue;
+    const std::string name = one_more(effect, model);
+    if (name.empty()) continue;
+    for (Trial& trial : trials_of(name, model, suggested)) all.push_back(std::move(trial));
   }
   return all;
 }

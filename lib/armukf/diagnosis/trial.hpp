@@ -29,7 +29,8 @@ struct Suggested {
   double frequencies_looked_at = 0.0;
 };
 
-/// Every effect of the catalogue that the model does not have, over its grid; no learnt laws.
+/// Every effect of the catalogue that the model does not have, over its grid, and one more of each
+/// that may be there several times; no learnt laws.
 std::vector<Trial> trials_for(const Model& model, const Suggested& suggested);
 
 /// Every law that could be learnt and that the model does not have, over what the records cover.
