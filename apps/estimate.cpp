@@ -127,7 +127,11 @@ void estimate(const EstimateOptions& o) {
   std::signal(SIGTERM, request_stop);
   const Pass pass = all_passes(o, start);
   if (pass.samples.empty()) return;  // stopped before the first sample
-  if (!o.save.empty()) write_model_file(o.save, {pass.estimate.model, start.settings});
+  if (!o.save.empty()) {
+    EstimatorSettings settings = start.settings;
+    settings.belief = pass.estimate.belief;
+    write_model_file(o.save, {pass.estimate.model, settings});
+  }
   if (o.score) {
     write_json({.json = "-", .quiet = true}, score_json(pass.estimate, pass.parts));
     return;
@@ -162,7 +166,9 @@ void add_estimate(CLI::App& program) {
   command
       .add_option("--score-cuts", o->cuts, "s; score the record in parts that begin there as well")
       ->delimiter(',');
-  command.add_option("--save", o->save, "write the model with the final parameters, as TOML");
+  command.add_option("--save", o->save,
+                     "write the model and what is believed of its parameters and noise, as "
+                     "TOML;\n--model goes on from it");
   add_start_options(command, o->start);
   add_model_options(command, o->model);
   add_report_options(command, o->report);

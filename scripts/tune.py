@@ -40,7 +40,8 @@ AGREE = 2e-3       # per sample: starts whose likelihood is that near have found
 REFUSED = 1e6      # instead of an infinite objective, over which no simplex can be ordered
 BUILT_IN = {"noise": {"sensor": 0.1, "motor_torque": 0.003, "gear_torque": 0.003, "arm_torque": 0.0,
                       "model_error": {"start": 16.0, "least": 0.0, "gain": 4.0, "time_s": 0.3},
-                      "parameter_walk": {"start": 0.35, "floor": 0.002, "time_s": 1.0}},
+                      "parameter_walk": {"start": 0.35, "floor": 0.002, "time_s": 1.0},
+                      "learning": {"most_torque": 0.1}},
             "prior": {"twist": 0.3, "speed": 5.0}}
 
 
@@ -275,7 +276,8 @@ def known_noise(sensor, motor_torque):
 
 
 def tuned(options, pool):
-    content = read_model(options.model)
+    # What is tuned here must not be learnt on the way, nor by who takes the tuned file.
+    content = with_values(read_model(options.model), {"noise.learning.most_torque": 0.0})
     with tempfile.TemporaryDirectory() as folder:
         # A scheduler's workers may be elsewhere: what they read lies beside the state, if there is one.
         place = Path(options.state).resolve().parent if options.state else Path(folder)

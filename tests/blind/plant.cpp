@@ -2,9 +2,11 @@
 /// integrator of its own, to see whether `armukf diagnose` finds them.
 
 #include <array>
+#include <cstdint>
 #include <cstdlib>
 #include <exception>
 #include <iostream>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -20,7 +22,11 @@ constexpr std::string_view kUsage =
     "usage: blind_plant --seed N [--effect NAME=SIZE]... [--noise-factor F] [--duration S]\n"
     "                   [--estimation FILE.csv] [--validation FILE.csv] [--test FILE.csv]\n"
     "                   [--truth FILE.json]\n"
+    "                   [--sensor-noise SD] [--sensor-pole P] [--torque-noise SD]\n"
+    "                   [--torque-pole P] [--noise-seed N]   instead of what the seed draws\n"
     "       blind_plant --effects   names, with unit, a typical and the largest size\n";
+
+constexpr double kLargestPole = 0.9999;  // beyond it the noise hardly forgets within a record
 
 struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -31,11 +37,27 @@ struct Output {
   std::string path;
 };
 
+/// What is not left to the seed.
+struct NoiseChoice {
+  std::optional<double> sensor_sd;    // rad/s
+  std::optional<double> sensor_pole;  // of one sample
+  std::optional<double> torque_sd;    // N.m
+  std::optional<double> torque_pole;
+  std::optional<std::uint64_t> seed;
+
+  void apply_to(World& world) const {
+    world.sensor = {sensor_sd.value_or(world.sensor.sd), sensor_pole.value_or(world.sensor.pole)};
+    world.torque = {torque_sd.value_or(world.torque.sd), torque_pole.value_or(world.torque.pole)};
+    world.noise_seed = seed.value_or(world.noise_seed);
+  }
+};
+
 struct Options {
   std::uint64_t seed = 0;
   std::vector<std::string> effects;
   double noise_factor = 1.0;
   double duration = 10.0;  // s
+  NoiseChoice noise;
   std::vector<Output> outputs;
   std::string truth;
 };
@@ -75,6 +97,16 @@ Options options_of(const std::vector<std::string>& arguments) {
       o.outputs.push_back({Use::kTest, value});
     else if (name == "--truth")
       o.truth = value;
+    else if (name == "--sensor-noise")
+      o.noise.sensor_sd = number(value, 0.0, 100.0);
+    else if (name == "--sensor-pole")
+      o.noise.sensor_pole = number(value, 0.0, kLargestPole);
+    else if (name == "--torque-noise")
+      o.noise.torque_sd = number(value, 0.0, 100.0);
+    else if (name == "--torque-pole")
+      o.noise.torque_pole = number(value, 0.0, kLargestPole);
+    else if (name == "--noise-seed")
+      o.noise.seed = static_cast<std::uint64_t>(number(value, 0.0, 1e15));
     else
       throw UsageError("unknown option '" + name + "'");
   }
@@ -100,7 +132,8 @@ void list_effects() {
 }
 
 void write_records(const Options& o) {
-  const World world = drawn_world(o.seed);
+  World world = drawn_world(o.seed);
+  o.noise.apply_to(world);
   const Effects effects = effects_of(o);
   std::vector<Record> records;
   for (const Output& output : o.outputs) {

@@ -112,8 +112,8 @@ Record recorded(const World& world, const Effects& effects, Use use, double dura
                 double noise_factor) {
   const auto stream = static_cast<std::uint64_t>(use);
   Draw plan(world.seed, 10 + stream);
-  Noise sensor(world.sensor, noise_factor, Draw(world.seed, 20 + stream));
-  Noise torque(world.torque, noise_factor, Draw(world.seed, 30 + stream));
+  Noise sensor(world.sensor, noise_factor, Draw(world.noise_seed, 20 + stream));
+  Noise torque(world.torque, noise_factor, Draw(world.noise_seed, 30 + stream));
   Counts counts(effects, Draw(world.seed, 40 + stream));
   Record record{use == Use::kTest ? world.test_motion : world.motion, {}, {}};
 

@@ -48,7 +48,8 @@ World drawn_world(std::uint64_t seed) {
   Draw motion(seed, 4);
   const Motion usual = drawn_motion(motion);
   return {
-      seed, arm, sensor, torque, drawn_controller(arm, Draw(seed, 3)), usual, drawn_motion(motion)};
+      seed, arm, sensor, torque, drawn_controller(arm, Draw(seed, 3)), usual, drawn_motion(motion),
+      seed};
 }
 
 }  // namespace blind

@@ -33,8 +33,9 @@ struct World {
   ColouredNoise sensor;  // rad/s
   ColouredNoise torque;  // N.m, at the motor and not in u
   Controller controller;
-  Motion motion;       // of estimation and validation record
-  Motion test_motion;  // of the third
+  Motion motion;             // of estimation and validation record
+  Motion test_motion;        // of the third
+  std::uint64_t noise_seed;  // usually the seed
 };
 
 World drawn_world(std::uint64_t seed);

@@ -78,21 +78,23 @@ struct ExactKalman {
   Vector mean = Vector::LinSpaced(-1.0, 1.0);
   Matrix covariance = Matrix::Identity();
 
-  void step(const LinearModel& model, double y) {
+  /// y = h x + noise.
+  void step(const LinearModel& model, const Vector& h, double y) {
     const Matrix F = model.transition();
     mean = F * mean;
     covariance = F * covariance * F.transpose() + Matrix(model.noise.asDiagonal());
-    const double S = covariance(kMeasured, kMeasured) + kR;
-    const Vector K = covariance.col(kMeasured) / S;
-    mean += K * (y - mean[kMeasured]);
+    const double S = h.dot(covariance * h) + kR;
+    const Vector K = covariance * h / S;
+    mean += K * (y - h.dot(mean));
     covariance -= K * S * K.transpose();
   }
 };
 
 /// Greatest difference of mean and covariance from the exact filter's over all steps. The
-/// measurement is what h makes of the belief.
+/// measurement is what h makes of the belief; `rows` says the same to the exact filter.
 template <class Filter, class F, class H>
-double worst_difference(Filter filter, const F& f, const H& h, const LinearModel& model) {
+double worst_difference(Filter filter, const F& f, const H& h, const LinearModel& model,
+                        const Vector& rows = Vector::Unit(kMeasured)) {
   using Shape = typename Filter::Shape;
   ExactKalman exact;
   StepNoise<Shape> noise{};
@@ -106,7 +108,7 @@ double worst_difference(Filter filter, const F& f, const H& h, const LinearModel
   double worst = 0.0;
   for (int k = 0; k < kSteps; ++k) {
     const double y = normal(generator);
-    exact.step(model, y);
+    exact.step(model, rows, y);
     if (!filter.predict(f, noise)) return INFINITY;
     filter.update(f, h, filter.innovation(h, y, kR));
     for (int i = 0; i < kSize; ++i) {
@@ -130,12 +132,19 @@ struct SameRow {
   }
 };
 
+/// A measurement with a sensor's coloured noise in it, which is another state.
+constexpr int kNoise = 0;
+static_assert(kNoise != kMeasured);
+constexpr MeasuredRow kNoisyRow{kMeasured, kNoise};
+
 template <class Filter>
 void expect_kalman(const Filter& filter) {
   for (unsigned seed = 1; seed <= 5; ++seed) {
     const LinearModel model(seed);
     EXPECT_LT(worst_difference(filter, model, MeasuredRow{kMeasured}, model), kTolerance);
     EXPECT_LT(worst_difference(filter, model, SameRow{}, model), kTolerance);
+    const Vector both = Vector::Unit(kMeasured) + Vector::Unit(kNoise);
+    EXPECT_LT(worst_difference(filter, model, kNoisyRow, model, both), kTolerance);
   }
 }
 
@@ -198,7 +207,7 @@ Passed passed(Filter filter, const LinearModel& model, const StepNoise<Exact>& n
   std::normal_distribution<double> normal;
   for (int k = 0; k < kSteps; ++k) {
     const double y = normal(generator);
-    exact.step(model, y);
+    exact.step(model, Vector::Unit(kMeasured), y);
     filter.predict(model, noise);
     filter.update(model, MeasuredRow{kMeasured}, filter.innovation(MeasuredRow{kMeasured}, y, kR));
     all.exact.push_back(exact);

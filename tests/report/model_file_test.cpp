@@ -156,7 +156,8 @@ TEST(ModelFile, MalformedTextNamesItsLine) {
 
 TEST(ModelFile, UnknownKeysAndNamesAreRefusedWithTheKnownOnes) {
   EXPECT_EQ(fault("\nnoize = 1\n"),
-            "arm.toml:2: noize: unknown key; known are: effects, parameters, filter, propagation, "
+            "arm.toml:2: noize: unknown key; known are: belief, effects, parameters, filter, "
+            "propagation, "
             "noise, prior, gate, race, adaptation");
   EXPECT_EQ(fault("[prior]\ntwist = 1.0\nspin = 1.0\n"),
             "arm.toml:3: prior.spin: unknown key; known are: twist, speed");

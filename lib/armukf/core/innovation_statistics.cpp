@@ -1,6 +1,7 @@
 #include "armukf/core/innovation_statistics.hpp"
 
 #include <array>
+#include <bit>
 #include <cmath>
 
 namespace armukf {
@@ -12,14 +13,27 @@ void InnovationStatistics::add(double y, double predicted, double normalised_inn
   sum_y_ += shifted;
   sum_y2_ += shifted * shifted;
   sum_error2_ += (y - predicted) * (y - predicted);
-  sum_nis_ += normalised_innovation * normalised_innovation;
+  for (Late* sums : {&late_, &later_}) {
+    ++sums->count;
+    sums->squares += normalised_innovation * normalised_innovation;
+  }
   log_likelihood_ += log_likelihood;
   remember(normalised_innovation);
+  if (count_ >= kShort && std::has_single_bit(count_)) forget_early();
+}
+
+void InnovationStatistics::forget_early() {
+  late_ = later_;
+  later_ = {};
 }
 
 void InnovationStatistics::remember(double normalised_innovation) {
   const double* past = past_.data() + newest_;
-  for (int k = 0; k < kWindow; ++k) products_[k] += normalised_innovation * past[k];
+  for (int k = 0; k < kWindow; ++k) {
+    const double product = normalised_innovation * past[k];
+    late_.products[k] += product;
+    later_.products[k] += product;
+  }
   // Every value is kept twice, a window apart, so that the last ones always lie in a row.
   newest_ = (newest_ + kWindow - 1) % kWindow;
   past_[newest_] = past_[newest_ + kWindow] = normalised_innovation;
@@ -34,12 +48,14 @@ double InnovationStatistics::rmse() const {
   return std::sqrt(sum_error2_ / static_cast<double>(count_));
 }
 
-double InnovationStatistics::mean_nis() const { return sum_nis_ / static_cast<double>(count_); }
+double InnovationStatistics::mean_nis() const {
+  return late_.squares / static_cast<double>(late_.count);
+}
 
 double InnovationStatistics::ljung_box_p() const {
   std::array<double, kWhitenessLags> r;
-  for (int k = 0; k < kWhitenessLags; ++k) r[k] = products_[k] / sum_nis_;
-  return armukf::ljung_box_p(r, count_);
+  for (int k = 0; k < kWhitenessLags; ++k) r[k] = late_.products[k] / late_.squares;
+  return armukf::ljung_box_p(r, late_.count);
 }
 
 }  // namespace armukf

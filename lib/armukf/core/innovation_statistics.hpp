@@ -19,24 +19,35 @@ class InnovationStatistics {
 
   std::size_t count() const { return count_; }
   double fit_percent() const;
-  double rmse() const;         // rad/s
-  double mean_nis() const;     // 1 for an honest filter
+  double rmse() const;  // rad/s
+  /// 1 for an honest filter; of the later part of the samples, and so is the next: what a filter
+  /// finds in the first ones are its start values. Up to kShort samples count all; from then on
+  /// more than the last half.
+  double mean_nis() const;
   double ljung_box_p() const;  // of the normalised innovations
+  static constexpr std::size_t kShort = 4096;
   double log_likelihood() const { return log_likelihood_; }
 
  private:
   static constexpr int kWindow = 32;  // lags kept, whole vector registers
   static_assert(kWhitenessLags < kWindow);
   void remember(double normalised_innovation);
+  void forget_early();
 
   std::size_t count_ = 0;
   double offset_ = 0.0;  // first y: sums about it do not cancel
   double sum_y_ = 0.0;
   double sum_y2_ = 0.0;
   double sum_error2_ = 0.0;
-  double sum_nis_ = 0.0;
   double log_likelihood_ = 0.0;
-  std::array<double, kWindow> products_{};  // [k - 1]: sum over t of e_t e_{t-k}
+  /// Sums of normalised innovations e since some sample.
+  struct Late {
+    std::size_t count = 0;
+    double squares = 0.0;
+    std::array<double, kWindow> products{};  // [k - 1]: sum over t of e_t e_{t-k}
+  };
+  Late late_;                               // since the last but one power of two of the count
+  Late later_;                              // since the last one
   std::array<double, 2 * kWindow> past_{};  // from newest_ on: the last innovations, newest first
   int newest_ = 0;
 };

@@ -8,13 +8,22 @@
 
 namespace armukf {
 
-/// A measurement that is a row of the belief.
+/// A measurement that is a row of the belief, or the sum of two.
 struct MeasuredRow {
   int row;
+  int noise_row = -1;  // of the sensor's coloured noise, if the belief has it
 
   template <class T>
   T operator()(const T* x) const {
-    return x[row];
+    return noise_row < 0 ? x[row] : T(x[row] + x[noise_row]);
+  }
+
+  /// The sum of these of a filter's rows.
+  template <class Rows>
+  auto sum(const Rows& rows) const {
+    auto total = rows[row];
+    if (noise_row >= 0) total += rows[noise_row];
+    return total;
   }
 };
 
@@ -49,6 +58,26 @@ class CovarianceFilter {
     belief_.covariance[i][i] = sd * sd;
   }
 
+  /// Makes row i less certain: its deviation grows by the factor, its correlations stay.
+  void widen(int i, double factor) {
+    belief_.covariance[i] *= factor;
+    for (int k = 0; k < shape().size(); ++k) belief_.covariance[k][i] *= factor;
+  }
+
+  /// Row i >= first, independent of the rows before, gets the covariance L L' with its neighbours;
+  /// L, lower triangular, is indexed from 0.
+  template <class Root>
+  void believe_block(int first, int count, const Root& L) {
+    for (int i = 0; i < count; ++i) {
+      forget(first + i, 0.0);
+      for (int j = 0; j <= i; ++j) {
+        double sum = 0.0;
+        for (int k = 0; k <= j; ++k) sum += L(i, k) * L(j, k);
+        belief_.covariance[first + i][first + j] = belief_.covariance[first + j][first + i] = sum;
+      }
+    }
+  }
+
   /// Moves the belief through f and adds the noise. Returns false, and leaves the belief as it was,
   /// where the numbers went wrong.
   template <class F>
@@ -61,7 +90,8 @@ class CovarianceFilter {
 
   /// The innovation of a measurement y with noise variance R.
   Innovation innovation(MeasuredRow h, double y, double R) const {
-    return armukf::innovation(belief_, h.row, y, R);
+    const double predicted = h(belief_.mean.begin());
+    return {predicted, y - predicted, h.sum(h.sum(belief_.covariance)) + R, R};
   }
   template <class H>
   Innovation innovation(const H& h, double y, double R) const {
@@ -72,7 +102,7 @@ class CovarianceFilter {
   /// need it.
   template <class F>
   void update(const F& /*f*/, MeasuredRow h, const Innovation& innovation) {
-    condition(belief_, h.row, innovation);
+    condition(belief_, h.sum(belief_.covariance), innovation);
   }
   template <class F, class H>
   void update(const F& /*f*/, const H& h, const Innovation& innovation) {

@@ -69,6 +69,16 @@ class SquareRootFilter {
     triangularise(n, rows, root_);
   }
 
+  template <class Root>
+  void believe_block(int first, int count, const Root& L) {
+    for (int i = 0; i < count; ++i) {
+      root_[first + i] = Row{};
+      for (int j = 0; j <= i; ++j) root_[first + i][first + j] = L(i, j);
+    }
+  }
+
+  void widen(int i, double factor) { root_[i] *= factor; }
+
   template <class F>
   bool predict(const F& f, const StepNoise<Shape>& noise) {
     const int n = shape_.size();
@@ -95,7 +105,9 @@ class SquareRootFilter {
   }
 
   Innovation innovation(MeasuredRow h, double y, double R) const {
-    return {mean_[h.row], y - mean_[h.row], covariance(h.row, h.row) + R, R};
+    const double predicted = h(mean_.begin());
+    const Row measured = h.sum(root_);
+    return {predicted, y - predicted, dot(measured, measured) + R, R};
   }
   template <class H>
   Innovation innovation(const H& h, double y, double R) const {
@@ -106,7 +118,7 @@ class SquareRootFilter {
 
   template <class F>
   void update(const F& /*f*/, MeasuredRow h, const Innovation& innovation) {
-    condition(root_[h.row], innovation);
+    condition(h.sum(root_), innovation);
   }
   template <class F, class H>
   void update(const F& /*f*/, const H& h, const Innovation& innovation) {

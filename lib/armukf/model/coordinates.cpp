@@ -66,6 +66,22 @@ double FreeCoordinates::slope(int position, double value) const {
   return (value - p.lower) * (p.upper - value) / (p.upper - p.lower);
 }
 
+double FreeCoordinates::gradient(int k, int j, const double* p) const {
+  const double value = p[unknowns_[k]];
+  if (kinds_[k] != Kind::kShare) return k == j ? slope(k, value) : 0.0;
+  if (kinds_[j] != Kind::kShare) return 0.0;
+  return value * ((k == j ? 1.0 : 0.0) - p[unknowns_[j]] / free_share_);
+}
+
+double FreeCoordinates::inverse_gradient(int k, int j, const double* p) const {
+  if (kinds_[k] != Kind::kShare) return k == j ? 1.0 / slope(k, p[unknowns_[k]]) : 0.0;
+  if (kinds_[j] != Kind::kShare) return 0.0;
+  double rest = free_share_;  // that of the mass whose share is no parameter
+  for (int i = 0; i < size(); ++i)
+    if (kinds_[i] == Kind::kShare) rest -= p[unknowns_[i]];
+  return (k == j ? 1.0 / p[unknowns_[k]] : 0.0) + 1.0 / rest;
+}
+
 double FreeCoordinates::unit_from_scale(int position, double value) const {
   constexpr double kMost =
       3.0;  // z from 3 to -3 is 90 % of an interval; near its bounds slopes vanish

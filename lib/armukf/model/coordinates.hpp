@@ -41,6 +41,30 @@ class FreeCoordinates {
   template <class Covariance>
   void deviations(const double* p, const Covariance& covariance, double* sd) const;
 
+  /// Covariance of the physical values of the i-th and j-th unknown (first order), from the same.
+  template <class Covariance>
+  double physical_covariance(int i, int j, const double* p, const Covariance& covariance) const {
+    double sum = 0.0;
+    for (int a = 0; a < size(); ++a) {
+      const double along = gradient(i, a, p);
+      if (along == 0.0) continue;
+      for (int b = 0; b < size(); ++b) sum += along * gradient(j, b, p) * covariance(a, b);
+    }
+    return sum;
+  }
+
+  /// The same the other way: cov(z_i, z_j) from the covariance of the physical values.
+  template <class Covariance>
+  double free_covariance(int i, int j, const double* p, const Covariance& covariance) const {
+    double sum = 0.0;
+    for (int a = 0; a < size(); ++a) {
+      const double along = inverse_gradient(i, a, p);
+      if (along == 0.0) continue;
+      for (int b = 0; b < size(); ++b) sum += along * inverse_gradient(j, b, p) * covariance(a, b);
+    }
+    return sum;
+  }
+
   /// How far z moves for a change of "one size": 1 for shares and logarithms, where z is relative
   /// by nature; elsewhere the step of z that moves the parameter by its scale, at that value.
   double natural_unit(int position, double value) const {
@@ -53,6 +77,9 @@ class FreeCoordinates {
   Kind kind_of(int parameter) const;
   double unit_from_scale(int position, double value) const;
   double slope(int position, double value) const;  // dp/dz, for all but shares
+  /// d p_k / d z_j of the unknowns k and j.
+  double gradient(int k, int j, const double* p) const;
+  double inverse_gradient(int k, int j, const double* p) const;  // d z_k / d p_j
 
   std::vector<Parameter> parameters_;
   std::vector<int> unknowns_;

@@ -1,18 +1,34 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "armukf/filter/covariance_filter.hpp"
 #include "armukf/filter/noise_adaptation.hpp"
+#include "armukf/filter/noise_spectrum.hpp"
+#include "armukf/filter/score_spread.hpp"
 #include "armukf/model/coordinates.hpp"
 #include "armukf/model/dynamics.hpp"
 #include "armukf/model/plant.hpp"
 #include "armukf/ode/propagate.hpp"
+#include "armukf/online/noise_watch.hpp"
 #include "armukf/online/settings.hpp"
 
 namespace armukf {
+
+/// Noises that have a memory, as states of the belief behind those of the model: the driven mass's
+/// torque noise (N.m) and the sensor's (rad/s). Poles are those of one step, `kick` is half of what
+/// a torque adds to the mass's speed during the step, (rad/s)/(N.m).
+struct ColourStep {
+  double torque_pole = 0.0;
+  double sensor_pole = 0.0;
+  double half_kick = 0.0;
+};
+inline constexpr int kColourStates = 2;
 
 /// The arm from one sample to the next, as a filter's f(x, theta): states x and free coordinates z
 /// in, states after dt out. T is double, Dual or Lanes.
@@ -24,16 +40,39 @@ struct ArmStep {
   double t;   // s, since the first sample
   double dt;  // s
   double u;   // N.m
+  bool coloured = false;
+  ColourStep colour{};
 
   template <class T>
   std::array<T, N> operator()(const T* x, const T* z) const {
     std::array<T, N> moved;
     const int states = static_cast<int>(model.states.size());
-    std::copy_n(x, states, moved.begin());
-    std::fill(moved.begin() + states, moved.end(), T());
-    const System<T, N> system(model, coordinates, z, u);
-    propagate(propagation, system, moved, t, dt);
+    if (coloured) {
+      move<true>(x, z, states, moved);
+    } else {
+      move<false>(x, z, states, moved);
+    }
     return moved;
+  }
+
+ private:
+  /// The torque's noise acts half before the motion, half after it.
+  template <bool Coloured, class T>
+  void move(const T* x, const T* z, int states, std::array<T, N>& moved) const {
+    constexpr int kRows = N == kArmStates + kColourStates ? kArmStates : N;
+    constexpr int kDriven = kMasses[kDrivenMass].speed;
+    std::array<T, kRows> arm;
+    std::copy_n(x, states, arm.begin());
+    std::fill(arm.begin() + states, arm.end(), T());
+    if constexpr (Coloured) arm[kDriven] += colour.half_kick * x[states];
+    const System<T, kRows> system(model, coordinates, z, u);
+    propagate(propagation, system, arm, t, dt);
+    if constexpr (Coloured) arm[kDriven] += colour.half_kick * x[states];
+    std::copy_n(arm.begin(), states, moved.begin());
+    if constexpr (Coloured) {
+      moved[states] = colour.torque_pole * x[states];
+      moved[states + 1] = colour.sensor_pole * x[states + 1];
+    }
   }
 };
 
@@ -42,15 +81,18 @@ struct ArmSensor {
   const Model& model;
   const FreeCoordinates& coordinates;
   int states;
-  double t;  // s, since the first sample
-  double u;  // N.m
+  double t;            // s, since the first sample
+  double u;            // N.m
+  int noise_row = -1;  // of the sensor's coloured noise, if the belief has it
 
   /// x: the rows of the belief, states first.
   template <class T>
   T operator()(const T* x) const {
     std::array<T, kMaxParameters> p;
     coordinates.to_physical(x + states, p.data());
-    return Dynamics<T>(model, p.data()).measured(t, u, x);
+    T y = Dynamics<T>(model, p.data()).measured(t, u, x);
+    if (noise_row >= 0) y += x[noise_row];
+    return y;
   }
 };
 
@@ -70,9 +112,17 @@ class Engine {
          Filter filter)
       : model_(&model), coordinates_(&coordinates), settings_(&settings), filter_(filter) {
     acts_on_sensor_ = model.acts_on_sensor();
+    coloured_ = states() == own_states() + kColourStates;
+    noise_.sensor.sd = settings.noise.sensor;
     model_error_ = settings.noise.model_error.start * settings.noise.model_error.start;
     adapts_ = is_adaptive(settings.filter);
     if (adapts_) adaptation_ = NoiseAdaptation(settings.adaptation);
+  }
+
+  /// One that has seen nothing, of the same model and settings.
+  Engine anew() const {
+    Filter filter(filter_.shape(), settings_->spread);
+    return Engine(*model_, *coordinates_, *settings_, filter);
   }
 
   /// Believes these parameters (one value per parameter of the model) with their prior spread.
@@ -82,18 +132,66 @@ class Engine {
     std::copy(z.begin(), z.end(), filter_.mean().begin() + first);
     refresh_parameters();
     for (int k = 0; k < coordinates_->size(); ++k) filter_.forget(first + k, prior_sd(k));
+    scores_ = {};
+    widening_ = filled_with_one();
+  }
+
+  /// Goes on from what an earlier estimate believed; believe_parameters came before. Unknowns of
+  /// which that knows nothing keep their prior. A covariance that is none is left out.
+  void believe(const ParameterBelief& earlier) {
+    const int n = coordinates_->size();
+    const SquareMatrix physical = with_prior(earlier);
+    SquareMatrix L(n);
+    for (int j = 0; j < n; ++j) {
+      for (int i = j; i < n; ++i) {
+        double sum = coordinates_->free_covariance(i, j, parameters_.data(), physical);
+        for (int k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
+        if (i == j && !(sum > 0.0)) return;
+        L(i, j) = i == j ? std::sqrt(sum) : sum / L(j, j);
+      }
+    }
+    filter_.believe_block(states(), n, L);
+    if (coloured_ && earlier.noise.known) {
+      kick_ = earlier.noise.sample_s * mobilities(parameters_.data())[kDrivenMass];
+      noise_ = {{earlier.noise.torque_sd * kick_, earlier.noise.torque_pole},
+                {earlier.noise.sensor_sd, earlier.noise.sensor_pole}};
+      learnt_ = true;
+      opening_ = std::exchange(model_error_, 0.0);
+    }
   }
 
   /// Believes the springs at rest and all masses at the speed y (rad/s), with the prior spread; at
   /// any speed where y is NaN.
   void believe_rest(double y) {
     const bool measured = !std::isnan(y);
-    for (int i = 0; i < states(); ++i) {
+    for (int i = 0; i < own_states(); ++i) {
       const Coordinate& state = model_->states[i];
       filter_.mean()[i] = state.beginning == Beginning::kSpeed && measured ? y : 0.0;
       filter_.forget(i, i == kMeasuredState ? measured_sd(measured) : prior_sd(state));
     }
+    if (coloured_) {
+      believe_noise(torque_row(), torque_noise());
+      believe_noise(sensor_row(), noise_.sensor);
+    }
+    watch_.interrupt();
   }
+
+  /// Begins as `first` has ended, of the same model: with its parameters, in their prior spread,
+  /// and with the noise that it has learnt. What is learnt of the noise begins anew.
+  void look_again(const Engine& first) {
+    const double* p = first.parameters();
+    believe_parameters({p, p + model_->parameters.size()});
+    noise_ = first.noise_;
+    learnt_ = first.learnt_;
+    model_error_ = 0.0;
+    opening_ = settings_->noise.model_error.start * settings_->noise.model_error.start;
+  }
+
+  /// Whether the noise has been learnt, and is noise.
+  bool has_learnt() const { return learnt_; }
+
+  /// What the belief reckons with; the kick is that of the usual step.
+  const NoisePair& noise() const { return noise_; }
 
   /// Starts anew after the numbers went wrong: states at rest, and the parameters as last believed
   /// (from the start if that is no number) with their prior spread.
@@ -109,24 +207,29 @@ class Engine {
   /// and leaves the belief as it was, where the numbers went wrong.
   bool predict(const Moment& from, double dt, double u) {
     const Interval interval{from.t, dt, u};
+    kick_ = dt * mobilities(parameters_.data())[kDrivenMass];
     if (!filter_.predict(arm_step(interval), step_noise(from.watched, dt))) return false;
     last_ = interval;
+    ++steps_since_update_;
     return true;
   }
 
   Innovation innovation(double y) const {
-    const double variance = sensor_variance() + model_error_;
+    const double variance = sensor_variance() + model_error_ + opening_;
     if (acts_on_sensor_) return filter_.innovation(arm_sensor(), y, variance);
-    return filter_.innovation(MeasuredRow{kMeasuredState}, y, variance);
+    return filter_.innovation(measured_row(), y, variance);
   }
 
   /// Takes the innovation into the belief, and into what is thought of the model's error.
   void update(const Innovation& innovation, const Moment& at) {
+    const MeasuredParts before = measured_parts(innovation.predicted);
     if (acts_on_sensor_) {
       filter_.update(arm_step(last_), arm_sensor(), innovation);
     } else {
-      filter_.update(arm_step(last_), MeasuredRow{kMeasuredState}, innovation);
+      filter_.update(arm_step(last_), measured_row(), innovation);
     }
+    if (coloured_) learn(innovation, before, at.watched);
+    look_at_scores(at.watched);
     if (adapts_) {
       adapt(innovation, at.watched);
     } else {
@@ -166,6 +269,24 @@ class Engine {
 
   const Filter& filter() const { return filter_; }
 
+  /// The noise of the driven mass's torque (N.m), held for a step; none where it is not learnt.
+  ColouredNoise torque_noise() const {
+    return {kick_ > 0.0 ? noise_.kick.sd / kick_ : 0.0, noise_.kick.pole};
+  }
+
+  double usual_dt() const { return usual_dt_; }  // s; 0 before it is known
+  bool learns() const { return coloured_; }
+
+  /// What the deviation of the k-th free coordinate has to be multiplied by where stretches of the
+  /// samples contradict each other more than the belief expects; 1 or more.
+  double widening(int k) const { return widening_[k]; }
+
+  /// Part of the innovations' mean square that is beyond what the noise explains, 0 to 1, of the
+  /// later part of the samples.
+  double not_noise() const {
+    return seen_ > 0.0 ? std::clamp(1.0 - expected_ / seen_, 0.0, 1.0) : 0.0;
+  }
+
   /// The believed value of each parameter of the model.
   const double* parameters() const { return parameters_.data(); }
 
@@ -173,7 +294,12 @@ class Engine {
   static constexpr double kLeastSpeedSd =
       1e-3;                                    // rad/s: a belief without sensor noise stays regular
   static constexpr double kAnySpeedSd = 30.0;  // rad/s: what an axis of a robot may be doing
-  static constexpr double kLeastNoise = 1e-9;  // 1/s^1/2: the belief's root does not degenerate
+  static constexpr double kLeastWeight = 1e-5;  // of a sample in a mean: of the last minute
+  static constexpr double kJitter = 0.1;        // of an interval that still counts as the usual one
+  static constexpr double kWhitePart = 1e-4;    // of the sensor's variance: keeps S regular
+  static constexpr double kOpeningStays = 0.97;  // a sample, of the noise that stands for the
+                                                 // states at the first sample: gone after 0.1 s
+  static constexpr double kLeastNoise = 1e-9;    // 1/s^1/2: the belief's root does not degenerate
 
   /// What held during an interval between samples.
   struct Interval {
@@ -181,6 +307,27 @@ class Engine {
     double dt = 0.0;  // s
     double u = 0.0;   // N.m
   };
+
+  /// Covariance of the unknowns' physical values, the prior's where the earlier belief has none.
+  SquareMatrix with_prior(const ParameterBelief& earlier) const {
+    const int n = coordinates_->size();
+    const auto place = [&](int k) {
+      const std::string& name = model_->parameters[coordinates_->unknowns()[k]].name;
+      const auto at = std::ranges::find(earlier.names, name);
+      return at == earlier.names.end() ? -1 : static_cast<int>(at - earlier.names.begin());
+    };
+    const auto prior = [&](int i, int j) { return i == j ? prior_sd(i) * prior_sd(i) : 0.0; };
+    SquareMatrix sum(n);
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) {
+        if (place(i) >= 0 && place(j) >= 0) {
+          sum(i, j) = earlier.covariance(place(i), place(j));
+        } else if (i == j) {
+          sum(i, j) = coordinates_->physical_covariance(i, j, parameters_.data(), prior);
+        }
+      }
+    return sum;
+  }
 
   double measured_sd(bool measured) const {
     return measured ? std::max(settings_->noise.sensor, kLeastSpeedSd) : kAnySpeedSd;
@@ -192,14 +339,96 @@ class Engine {
   }
 
   double sensor_variance() const {
+    if (coloured_) return kWhitePart * noise_.sensor.sd * noise_.sensor.sd;
     const double sd = settings_->noise.sensor * adaptation_.sensor_factor();
     return sd * sd;
+  }
+
+  MeasuredRow measured_row() const { return {kMeasuredState, coloured_ ? sensor_row() : -1}; }
+  int torque_row() const { return own_states(); }
+  int sensor_row() const { return own_states() + 1; }
+
+  void believe_noise(int row, const ColouredNoise& noise) {
+    filter_.mean()[row] = 0.0;
+    filter_.forget(row, std::max(noise.sd, kLeastSpeedSd));
+  }
+
+  /// What is believed of the measurement that is (or is going to be) `shown`.
+  MeasuredParts measured_parts(double shown) const {
+    if (!coloured_) return {};
+    const double sensor = filter_.mean()[sensor_row()];
+    return {shown - sensor, sensor, kick_ * filter_.mean()[torque_row()]};
+  }
+
+  void learn(const Innovation& innovation, const MeasuredParts& before, double watched) {
+    if (usual_dt_ == 0.0) usual_dt_ = last_.dt;
+    const bool follows = steps_since_update_ == 1 && std::abs(last_.dt / usual_dt_ - 1.0) < kJitter;
+    if (!follows) watch_.interrupt();
+    steps_since_update_ = 0;
+    const MeasuredParts after = measured_parts(shown_now());
+    if (watch_.see(innovation, before, after)) take_noise(watch_.noise());
+    fade(watched);
+    opening_ *= kOpeningStays;
+  }
+
+  /// rad/s, what the sensor would show of the belief as it is.
+  double shown_now() const {
+    if (acts_on_sensor_) return arm_sensor()(filter_.mean().begin());
+    return measured_row()(filter_.mean().begin());
+  }
+
+  /// Reckons with what was learnt if it can be noise.
+  void take_noise(const NoisePair& learnt) {
+    const double density =
+        std::sqrt(learnt.kick.long_run_variance() * last_.dt) / std::max(kick_, 1e-300);
+    learnt_ = density <= settings_->noise.learning.most_torque;
+    noise_ = learnt_ ? learnt : NoisePair{{}, {settings_->noise.sensor, 0.0}};
+  }
+
+  /// Lets what was learnt of the parameters count less as it grows old; a deviation never grows
+  /// beyond the prior's.
+  void fade(double watched) {
+    constexpr int kEvery = 64;  // updates
+    if (++since_fade_ < kEvery) return;
+    since_fade_ = 0;
+    const double before = std::exchange(faded_at_, watched);
+    const NoiseLearning& l = settings_->noise.learning;
+    if (!learnt_ || watched > l.fade_until_s || settings_->belief) return;
+    const double factor =
+        std::pow((watched + l.fade_from_s) / (before + l.fade_from_s), 0.5 * l.fade);
+    for (int k = 0; k < coordinates_->size(); ++k)
+      if (filter_.deviation(states() + k) < prior_sd(k)) filter_.widen(states() + k, factor);
+    scores_keep_ /= factor * factor;
+  }
+
+  /// Ends a stretch of samples: by how much the parameters' deviations are to be widened.
+  void look_at_scores(double watched) {
+    constexpr double kSettled = 1.0;   // s, in which the start values are left
+    constexpr double kStretch = 0.25;  // s, longer than the memory of the arm's residual
+    if (watched < kSettled || watched - scored_at_ < kStretch) return;
+    scored_at_ = watched;
+    const int first = states();
+    const auto theta = [&](int k) { return filter_.mean()[first + k]; };
+    const auto P = [&](int i, int j) { return filter_.covariance(first + i, first + j); };
+    if (!scores_.has_begun()) {
+      scores_.begin(coordinates_->size(), theta);
+    } else {
+      scores_.add(theta, P, scores_keep_);
+      for (int k = 0; k < coordinates_->size(); ++k) widening_[k] = scores_.excess(k, P);
+    }
+    scores_keep_ = 1.0;
   }
 
   /// Towards `gain` times the innovation's square, over time_s.
   void follow_model_error(const Innovation& innovation, double watched, double gain,
                           double time_s) {
-    const double seen = gain * innovation.value * innovation.value;
+    const double noise = innovation.variance - model_error_;
+    const double weight = std::max(3.0 / (3.0 + samples_), kLeastWeight);
+    ++samples_;
+    seen_ += weight * (innovation.value * innovation.value - seen_);
+    expected_ += weight * (noise - expected_);
+    const double expected = learnt_ ? settings_->noise.learning.beyond * noise : 0.0;
+    const double seen = gain * (innovation.value * innovation.value - expected);
     model_error_ += std::min(1.0, (watched - updated_at_) / time_s) * (seen - model_error_);
     const double least = settings_->noise.model_error.least;
     model_error_ = std::max(model_error_, least * least);
@@ -217,14 +446,30 @@ class Engine {
     follow_model_error(innovation, watched, 0.0, settings_->adaptation.settle_s);
   }
 
+  static std::array<double, Shape::kSize> filled_with_one() {
+    std::array<double, Shape::kSize> ones;
+    ones.fill(1.0);
+    return ones;
+  }
+
   int states() const { return filter_.shape().states(); }
+  int own_states() const { return static_cast<int>(model_->states.size()); }
 
   ArmStep<Shape::kStates> arm_step(const Interval& i) const {
-    return {*model_, *coordinates_, settings_->propagation, i.t, i.dt, i.u};
+    return {*model_,
+            *coordinates_,
+            settings_->propagation,
+            i.t,
+            i.dt,
+            i.u,
+            coloured_,
+            {noise_.kick.pole, noise_.sensor.pole, 0.5 * kick_}};
   }
 
   ArmSensor arm_sensor() const {
-    return {*model_, *coordinates_, states(), last_.t + last_.dt, last_.u};
+    return {*model_,  *coordinates_,
+            states(), last_.t + last_.dt,
+            last_.u,  coloured_ ? sensor_row() : -1};
   }
 
   void refresh_parameters() {
@@ -251,7 +496,15 @@ class Engine {
     const double factor = adaptation_.state_factor();
     for (int i = 0; i < kMassCount; ++i)
       sum[kMasses[i].speed] = variance(mobility[i] * noise.torque[i] * factor);
-    const double walk = noise.parameter_walk.at(watched);
+    if (learnt_)
+      for (const Mass& mass : kMasses) sum[mass.speed] = variance(0.0);
+    if (coloured_) {
+      sum[torque_row()] = torque_noise().driving_variance() + variance(0.0);
+      sum[sensor_row()] = noise_.sensor.driving_variance();
+    }
+    // Wear is for those who expect it: what is left once the noise is known is no walk.
+    const Annealing& annealed = noise.parameter_walk;
+    const double walk = learnt_ ? annealed.at(watched) - annealed.floor : annealed.at(watched);
     for (int k = 0; k < coordinates_->size(); ++k) {
       sum[states() + k] = variance(walk * natural_unit(k));
     }
@@ -263,6 +516,23 @@ class Engine {
   const EstimatorSettings* settings_;
   Filter filter_;
   bool acts_on_sensor_ = false;
+  bool coloured_ = false;  // whether torque and sensor noise are states
+  NoisePair noise_;
+  NoiseWatch watch_;
+  bool learnt_ = false;
+  double kick_ = 0.0;      // (rad/s)/(N.m), what a torque adds to the driven mass's speed in a step
+  double usual_dt_ = 0.0;  // s
+  int steps_since_update_ = 0;
+  double opening_ = 0.0;  // (rad/s)^2, variance
+  ScoreSpread<Shape::kSize> scores_;
+  std::array<double, Shape::kSize> widening_ = filled_with_one();
+  double scored_at_ = 0.0;    // s, watched
+  double scores_keep_ = 1.0;  // of the weight of earlier scores, by what faded since the last one
+  double samples_ = 0.0;      // used
+  double seen_ = 0.0;         // (rad/s)^2, mean square of the innovations, later ones counting more
+  double expected_ = 0.0;     // (rad/s)^2, the same as noise and belief explain it
+  int since_fade_ = 0;        // updates
+  double faded_at_ = 0.0;     // s, watched
   Interval last_;
   std::array<double, kMaxParameters> parameters_{};  // physical, at the belief's mean
   double model_error_;                               // (rad/s)^2, variance

@@ -15,6 +15,7 @@
 #include "armukf/filter/unscented.hpp"
 #include "armukf/model/coordinates.hpp"
 #include "armukf/model/plant.hpp"
+#include "armukf/online/engine.hpp"
 
 /// The filters that the user may choose, in the sizes that the plant needs.
 namespace armukf {
@@ -45,22 +46,27 @@ using SmoothingFilters = decltype(smoothing(Filters<Shape>()));
 
 /// The arm of the published study, whose sizes are known while compiling.
 using PublishedShape = FixedShape<kArmStates, kPublishedUnknowns>;
+/// The same with the noises of torque and sensor as states.
+using ColouredShape = FixedShape<kArmStates + kColourStates, kPublishedUnknowns>;
 /// A few more unknowns and effects.
 using CompletedShape = BoundedShape<10, 24>;
 /// Any other choice of them.
 using AnyShape = BoundedShape<kMaxStates, 39>;
 
-/// Calls visit(shape) with the shape of the belief about this model; all calls return the same
-/// type.
+/// Calls visit(shape) with the shape of the belief about this model, which may hold coloured noise
+/// beside the model's states; all calls return the same type.
 template <class Visit>
-auto with_shape(const Model& model, const FreeCoordinates& coordinates, Visit visit) {
-  const int states = static_cast<int>(model.states.size());
+auto with_shape(const Model& model, const FreeCoordinates& coordinates, bool coloured,
+                Visit visit) {
+  const int states = static_cast<int>(model.states.size()) + (coloured ? kColourStates : 0);
   const int size = states + coordinates.size();
   if (size > AnyShape::kSize)
     throw InputError(fmt::format("{} states and unknown parameters; the filter takes at most {}",
                                  size, AnyShape::kSize));
   if (states == PublishedShape::kStates && size == PublishedShape::kSize)
     return visit(PublishedShape{});
+  if (states == ColouredShape::kStates && size == ColouredShape::kSize && coloured)
+    return visit(ColouredShape{});
   if (states <= CompletedShape::kStates && size <= CompletedShape::kSize)
     return visit(CompletedShape{states, size});
   return visit(AnyShape{states, size});

@@ -6,7 +6,13 @@ namespace armukf {
 
 RecursiveEstimate result_of(const Session& session, const std::string& filter, const Tally& tally,
                             double seconds) {
-  return {session.model(), session.parameter_deviations(), filter, tally, seconds};
+  return {.model = session.model(),
+          .sd = session.parameter_deviations(),
+          .filter = filter,
+          .tally = tally,
+          .seconds = seconds,
+          .model_sd = session.model_deviations(),
+          .belief = session.belief()};
 }
 
 RecursiveEstimate estimate_record(Model start, const EstimatorSettings& settings,

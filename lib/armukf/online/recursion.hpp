@@ -17,8 +17,10 @@ struct RecursiveEstimate {
   Model model;             // with the final parameters
   std::vector<double> sd;  // of each parameter of the model; 0 for a known one
   std::string filter;
-  Tally tally;           // of the last pass
-  double seconds = 0.0;  // spent on all passes
+  Tally tally;                   // of the last pass
+  double seconds = 0.0;          // spent on all passes
+  std::vector<double> model_sd;  // as the belief has it, which takes model and noise at their word
+  ParameterBelief belief;        // its covariance goes with sd
 };
 
 /// What a session has come to.

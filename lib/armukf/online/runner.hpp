@@ -44,6 +44,9 @@ class Runner {
   Runner(Engine<Filter> engine, const Gate& gate)
       : engine_(std::move(engine)), gate_(gate), is_gap_(gate.longest_gap_s) {}
 
+  /// One that has seen nothing, of the same model and settings.
+  Runner anew() const { return Runner(engine_.anew(), gate_); }
+
   Engine<Filter>& engine() { return engine_; }
   const Engine<Filter>& engine() const { return engine_; }
 

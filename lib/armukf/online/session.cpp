@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <variant>
 
 #include "armukf/core/constants.hpp"
@@ -22,12 +23,22 @@ namespace {
 /// A runner of any filter of the registries.
 template <class... F>
 std::variant<Runner<F>...> runner_of(TypeList<F...>);
-using AnyRunner = decltype(runner_of(Filters<PublishedShape>() + Filters<CompletedShape>() +
-                                     Filters<AnyShape>()));
+using AnyRunner = decltype(runner_of(Filters<PublishedShape>() + Filters<ColouredShape>() +
+                                     Filters<CompletedShape>() + Filters<AnyShape>()));
+
+/// Whether the noise is to be learnt, and a belief about this model has room for it.
+bool is_coloured(const Model& model, const FreeCoordinates& coordinates,
+                 const EstimatorSettings& settings) {
+  const int states = static_cast<int>(model.states.size()) + kColourStates;
+  return !is_adaptive(settings.filter) && settings.noise.model_error.gain > 0.0 &&
+         settings.noise.learning.most_torque > 0.0 && states <= AnyShape::kStates &&
+         states + coordinates.size() <= AnyShape::kSize;
+}
 
 AnyRunner make_runner(const Model& model, const FreeCoordinates& coordinates,
                       const EstimatorSettings& settings) {
-  return with_shape(model, coordinates, [&](auto shape) {
+  const bool coloured = is_coloured(model, coordinates, settings);
+  return with_shape(model, coordinates, coloured, [&](auto shape) {
     return with_filter("an estimate", Filters<decltype(shape)>(), kind_of(settings.filter), shape,
                        settings.spread, [&](auto filter) -> AnyRunner {
                          return Runner(Engine(model, coordinates, settings, filter), settings.gate);
@@ -42,6 +53,18 @@ std::vector<std::string_view> names_of(TypeList<F...> /*registry*/) {
 
 double log_likelihood(const AnyRunner& runner) {
   return std::visit([](const auto& r) { return r.log_likelihood(); }, runner);
+}
+
+/// A second look at the samples of the beginning, from what a first one has found.
+void look_again(AnyRunner& runner, std::span<const Sample> samples) {
+  std::visit(
+      [&]<class Filter>(Runner<Filter>& first) {
+        Runner<Filter> again = first.anew();
+        again.engine().look_again(first.engine());
+        for (const Sample& sample : samples) again.step(sample);
+        first = again;
+      },
+      runner);
 }
 
 }  // namespace
@@ -78,6 +101,9 @@ std::string find_filter(std::string_view name) {
   throw InputError(fmt::format("unknown filter '{}'; known are: {}", name, fmt::join(names, ", ")));
 }
 
+/// Samples that are kept for a second look: 4 s at 2 kHz.
+constexpr std::size_t kMostBeginning = 8192;
+
 struct Session::State {
   State(const Model& m, const EstimatorSettings& s);
 
@@ -86,6 +112,10 @@ struct Session::State {
   Sample usable(Sample sample);
   void report(const AnyRunner& leader);
   void decide();
+  void end_race();
+  void look_back();
+  void keep(const Sample& sample);
+  const AnyRunner& leader() const;
 
   Model model;
   FreeCoordinates coordinates;
@@ -94,6 +124,8 @@ struct Session::State {
   std::size_t winner = 0;           // of the race, as a position in its starts
   std::optional<double> last_time;  // of the last sample that was taken
   double last_torque = 0.0;         // N.m
+  std::vector<Sample> beginning;    // for a second look
+  bool keeps_beginning = false;
   std::vector<double> values;
   std::vector<double> deviations;
 };
@@ -101,6 +133,10 @@ struct Session::State {
 Session::State::State(const Model& m, const EstimatorSettings& s)
     : model(m), coordinates(m), settings(s) {
   find_filter(s.filter);
+  if (settings.belief) {  // nothing to race for, nor to be annealed
+    settings.race.starts = {{}};
+    settings.noise.parameter_walk.start = settings.noise.parameter_walk.floor;
+  }
   const double n = static_cast<double>(model.states.size()) + coordinates.size();
   if (!(s.spread.alpha > 0.0 && n + s.spread.kappa > 0.0))
     throw InputError(fmt::format(
@@ -111,8 +147,16 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
                                  s.adaptation.most));
   for (const auto& factors : settings.race.starts) {
     runners.push_back(make_runner(model, coordinates, settings));
-    std::visit([&](auto& r) { r.engine().believe_parameters(start_values(model, factors)); },
-               runners.back());
+    std::visit(
+        [&](auto& r) {
+          r.engine().believe_parameters(start_values(model, factors));
+          if (settings.belief) r.engine().believe(*settings.belief);
+        },
+        runners.back());
+  }
+  if (is_coloured(model, coordinates, settings) && !settings.belief) {
+    beginning.reserve(kMostBeginning);
+    keeps_beginning = true;
   }
   values.resize(model.states.size() + coordinates.size());
   deviations.resize(values.size());
@@ -122,11 +166,25 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
 /// Ends the race once its time is over: the likeliest runner goes on alone.
 void Session::State::decide() {
   const Moment now = std::visit([](const auto& r) { return r.moment(); }, runners.front());
-  if (runners.size() == 1 || now.watched < settings.race.duration_s) return;
+  if (now.watched < settings.race.duration_s) return;
+  if (runners.size() > 1) end_race();
+  look_back();
+}
+
+void Session::State::end_race() {
   const auto best = std::ranges::max_element(runners, {}, log_likelihood);
   winner = static_cast<std::size_t>(best - runners.begin());
   std::iter_swap(runners.begin(), best);
   runners.resize(1, runners.front());
+}
+
+/// Looks at the beginning again once the noise is known; not at all where it is not known in time.
+void Session::State::look_back() {
+  if (beginning.empty()) return;
+  if (!std::visit([](const auto& r) { return r.engine().has_learnt(); }, runners.front())) return;
+  look_again(runners.front(), beginning);
+  beginning.clear();
+  keeps_beginning = false;
 }
 
 /// What becomes of a sample whose time cannot be: nothing.
@@ -152,9 +210,21 @@ Sample Session::State::usable(Sample sample) {
   return sample;
 }
 
+/// Keeps a sample of the beginning; one that is too long cannot be looked at again.
+void Session::State::keep(const Sample& sample) {
+  if (!keeps_beginning) return;
+  if (beginning.size() == kMostBeginning) {
+    keeps_beginning = false;
+    beginning.clear();
+    return;
+  }
+  beginning.push_back(sample);
+}
+
 Estimate Session::State::step(const Sample& raw) {
   if (!std::isfinite(raw.t) || (last_time && raw.t <= *last_time)) return pass_over(raw);
   const Sample sample = usable(raw);
+  keep(sample);
   Estimate estimate{};
   const AnyRunner* leader = nullptr;
   for (AnyRunner& runner : runners) {
@@ -176,22 +246,30 @@ Estimate Session::State::step(const Sample& raw) {
   return estimate;
 }
 
+/// The likeliest of those that still race.
+const AnyRunner& Session::State::leader() const {
+  return *std::ranges::max_element(runners, {}, log_likelihood);
+}
+
 /// Writes the leader's belief in physical terms.
 void Session::State::report(const AnyRunner& leader) {
   std::visit(
       [&](const auto& runner) {
         const auto& engine = runner.engine();
         const auto& filter = engine.filter();
-        const int n = filter.shape().states();
-        for (int i = 0; i < n; ++i) {
+        const int own = static_cast<int>(model.states.size());
+        for (int i = 0; i < own; ++i) {
           values[i] = filter.mean()[i];
           deviations[i] = filter.deviation(i);
         }
+        const int first = filter.shape().states();  // of the unknowns
         const double* parameters = engine.parameters();
-        const auto covariance = [&](int i, int j) { return filter.covariance(n + i, n + j); };
-        coordinates.deviations(parameters, covariance, deviations.data() + n);
+        const auto covariance = [&](int i, int j) {
+          return engine.widening(i) * engine.widening(j) * filter.covariance(first + i, first + j);
+        };
+        coordinates.deviations(parameters, covariance, deviations.data() + own);
         for (int k = 0; k < coordinates.size(); ++k)
-          values[n + k] = parameters[coordinates.unknowns()[k]];
+          values[own + k] = parameters[coordinates.unknowns()[k]];
       },
       leader);
 }
@@ -222,6 +300,65 @@ std::vector<double> Session::parameter_deviations() const {
   for (int k = 0; k < state_->coordinates.size(); ++k)
     sd[state_->coordinates.unknowns()[k]] = state_->deviations[states + k];
   return sd;
+}
+
+template <class Visit>
+void Session::visit_leader(const Visit& visit) const {
+  std::visit([&](const auto& runner) { visit(runner.engine()); }, state_->leader());
+}
+
+std::vector<double> Session::model_deviations() const {
+  const FreeCoordinates& coordinates = state_->coordinates;
+  std::vector<double> sd(state_->model.parameters.size(), 0.0);
+  visit_leader([&](const auto& engine) {
+    const int first = engine.filter().shape().states();
+    const auto P = [&](int i, int j) { return engine.filter().covariance(first + i, first + j); };
+    for (int k = 0; k < coordinates.size(); ++k)
+      sd[coordinates.unknowns()[k]] =
+          std::sqrt(coordinates.physical_covariance(k, k, engine.parameters(), P));
+  });
+  return sd;
+}
+
+SquareMatrix Session::parameter_covariance() const {
+  const FreeCoordinates& coordinates = state_->coordinates;
+  SquareMatrix covariance(coordinates.size());
+  visit_leader([&](const auto& engine) {
+    const int first = engine.filter().shape().states();
+    const auto P = [&](int i, int j) {
+      return engine.widening(i) * engine.widening(j) *
+             engine.filter().covariance(first + i, first + j);
+    };
+    for (int i = 0; i < coordinates.size(); ++i)
+      for (int j = 0; j < coordinates.size(); ++j)
+        covariance(i, j) = coordinates.physical_covariance(i, j, engine.parameters(), P);
+  });
+  return covariance;
+}
+
+ParameterBelief Session::belief() const {
+  ParameterBelief belief{{}, parameter_covariance(), noise()};
+  for (const int i : state_->coordinates.unknowns())
+    belief.names.push_back(state_->model.parameters[i].name);
+  return belief;
+}
+
+LearntNoise Session::noise() const {
+  LearntNoise found;
+  visit_leader([&](const auto& engine) {
+    found.sought = engine.learns();
+    found.known = engine.has_learnt();
+    found.sample_s = engine.usual_dt();
+    found.not_noise = engine.not_noise();
+    if (!found.known) return;
+    const ColouredNoise torque = engine.torque_noise();
+    const ColouredNoise& sensor = engine.noise().sensor;
+    found.torque_sd = torque.sd;
+    found.torque_pole = torque.pole;
+    found.sensor_sd = sensor.sd;
+    found.sensor_pole = sensor.pole;
+  });
+  return found;
 }
 
 }  // namespace armukf

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "armukf/core/record.hpp"
+#include "armukf/core/square_matrix.hpp"
 #include "armukf/model/model.hpp"
 #include "armukf/online/settings.hpp"
 
@@ -51,11 +52,28 @@ class Session {
   /// start.
   Model model() const;
 
-  /// One standard deviation of each parameter of the model; 0 for a known one.
+  /// One standard deviation of each parameter of the model; 0 for a known one. It is the one to be
+  /// believed, whatever the noise: that of the belief, or more where stretches of the samples
+  /// contradict each other (ScoreSpread).
   std::vector<double> parameter_deviations() const;
+
+  /// The same as the belief has it, which takes model and noise at their word.
+  std::vector<double> model_deviations() const;
+
+  /// Covariance of the unknown parameters, in their order, to go with parameter_deviations().
+  SquareMatrix parameter_covariance() const;
+
+  /// The noise that was learnt, and how much of the innovations is none.
+  LearntNoise noise() const;
+
+  /// What an estimate goes on from, with model().
+  ParameterBelief belief() const;
 
  private:
   struct State;
+  template <class Visit>
+  void visit_leader(const Visit& visit) const;
+
   std::unique_ptr<State> state_;
 };
 

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "armukf/core/segments.hpp"
+#include "armukf/core/square_matrix.hpp"
 #include "armukf/filter/adaptation.hpp"
 #include "armukf/filter/annealing.hpp"
 #include "armukf/filter/spread.hpp"
@@ -27,6 +29,30 @@ struct ModelError {
   double time_s = 0.3;  // s
 };
 
+/// The noises of the driven mass's torque and of the sensor, size and colour, learnt from what the
+/// model leaves of the measured change of speed (see NoiseSpectrum), where `most_torque` is above 0
+/// and the model's error follows the innovations (a gain of 0 says that the noise is known). Once
+/// they are learnt
+///   - they replace `sensor` and the torque noises of Noise, and are states of the belief,
+///   - the model's error follows what the innovations' square has above `beyond` times its
+///     expectation,
+///   - what was learnt of the parameters at the time s counts at t by
+///     ((s + fade_from_s) / (t + fade_from_s))^fade, until fade_until_s,
+///   - the winner of the race looks at the samples of the first seconds again, from the parameters
+///     and the noise that it has found, with the prior's spread.
+/// Noise beyond `most_torque` is none: then the model lacks something, and the settings of Noise
+/// hold as they are given.
+struct NoiseLearning {
+  /// N.m.s^1/2, long-run density; the largest torque noise of the trials, 0.3 N.m with a pole of
+  /// 0.9 at 2 kHz, has 0.03.
+  double most_torque = 0.1;
+  double beyond = 1.2;  // the mean square over 600 samples has a deviation of 0.06 of itself
+  double fade = 1.0;    // what filters learn about start values that are far off is less than they
+                        // believe: it goes, for at most 15 % wider errors
+  double fade_from_s = 1.0;
+  double fade_until_s = 20.0;  // by then the first second's part is a twentieth
+};
+
 /// What the filter takes for random, apart from the parameters' start values. White noise that
 /// acts on a state is given as a density (unit times root of a second), so that it does not depend
 /// on the sample time.
@@ -38,6 +64,7 @@ struct Noise {
   std::array<double, kMassCount> torque = usual_torque_noise();
   /// 1/s^1/2, density of the random walk of each unknown parameter, relative to its value.
   Annealing parameter_walk{0.35, 0.002, 1.0};
+  NoiseLearning learning;
 };
 
 /// Standard deviations of the states at the first sample, about rest of the springs and the
@@ -62,6 +89,26 @@ struct Race {
   std::vector<StartFactors> starts = filter_starts();
 };
 
+/// The noises as learnt from the innovations, per usual sample.
+struct LearntNoise {
+  bool sought = false;       // whether there was something to learn from
+  bool known = false;        // whether it was learnt, and can be noise
+  double torque_sd = 0.0;    // N.m, of the driven mass
+  double torque_pole = 0.0;  // of x_{k+1} = pole x_k + white noise
+  double sensor_sd = 0.0;    // rad/s
+  double sensor_pole = 0.0;
+  double sample_s = 0.0;   // s, the usual interval
+  double not_noise = 0.0;  // part of the innovations' mean square beyond what noise explains
+};
+
+/// What an earlier estimate believed of the unknown parameters, beside their values, and of the
+/// noise. Who goes on from it races no more, and begins with the parameters at rest.
+struct ParameterBelief {
+  std::vector<std::string> names;  // of the unknowns
+  SquareMatrix covariance;         // in their order
+  LearntNoise noise;
+};
+
 /// All that the user may choose of an estimate, beside the model.
 struct EstimatorSettings {
   std::string filter = "ukf";
@@ -71,7 +118,8 @@ struct EstimatorSettings {
   StatePrior prior;
   Gate gate;
   Race race;
-  Adaptation adaptation;  // of adaptive filters
+  Adaptation adaptation;                  // of adaptive filters
+  std::optional<ParameterBelief> belief;  // of yesterday, if there is one
 };
 
 /// Whether a filter of this name learns the size of the noise, and which of filter/ it is then.

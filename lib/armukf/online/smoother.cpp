@@ -188,7 +188,7 @@ SmoothedRecord smooth(Model model, const EstimatorSettings& settings,
                       std::span<const Sample> samples, int passes,
                       const SmoothingProgress& progress) {
   const FreeCoordinates layout(model);
-  return with_shape(model, layout, [&](auto shape) {
+  return with_shape(model, layout, false, [&](auto shape) {
     return with_filter(
         "the smoother", SmoothingFilters<decltype(shape)>(), settings.filter, shape,
         settings.spread, [&](auto filter) {

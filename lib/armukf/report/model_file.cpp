@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <string_view>
 #include <utility>
@@ -122,17 +123,71 @@ void read_parameters(Model& model, const TomlEntry& entry) {
   entry.placed([&] { model.check(); });
 }
 
+SquareMatrix read_covariance(const TomlEntry& entry, int size) {
+  SquareMatrix covariance(size);
+  const std::vector<TomlEntry> rows = entry.elements();
+  if (static_cast<int>(rows.size()) != size)
+    entry.fail(fmt::format("must have a row for each of the {} names", size));
+  for (int i = 0; i < size; ++i) {
+    const std::vector<TomlEntry> row = rows[i].elements();
+    if (static_cast<int>(row.size()) != size)
+      rows[i].fail(fmt::format("must hold {} numbers, one for each of the names", size));
+    for (int j = 0; j < size; ++j) covariance(i, j) = row[j].number(Range::kAny);
+    if (!(covariance(i, i) > 0.0)) row[i].fail("a variance must be above 0");
+  }
+  constexpr double kRounding = 1e-9;  // of a correlation, in which the halves may differ
+  for (int i = 0; i < size; ++i)
+    for (int j = 0; j < i; ++j)
+      if (!(std::abs(covariance(i, j) - covariance(j, i)) <=
+            kRounding * std::sqrt(covariance(i, i) * covariance(j, j))))
+        rows[i].fail("must be symmetric");
+  return covariance;
+}
+
+double read_pole(const TomlEntry& entry) {
+  const double pole = entry.number(Range::kNotNegative);
+  if (pole >= 1.0) entry.fail(fmt::format("must be below 1, not {}", pole));
+  return pole;
+}
+
+ParameterBelief read_belief(const TomlEntry& entry) {
+  ParameterBelief belief;
+  const std::vector<TomlEntry> fields = entry.fields(
+      {"names", "covariance", "torque_sd", "torque_pole", "sensor_sd", "sensor_pole", "sample_s"});
+  const auto is_named = [](std::string_view name) {
+    return [name](const TomlEntry& field) { return field.name() == name; };
+  };
+  const auto names = std::ranges::find_if(fields, is_named("names"));
+  const auto covariance = std::ranges::find_if(fields, is_named("covariance"));
+  if (names == fields.end() || covariance == fields.end())
+    entry.fail("must have names and covariance");
+  for (const TomlEntry& name : names->elements()) belief.names.push_back(name.text());
+  belief.covariance = read_covariance(*covariance, static_cast<int>(belief.names.size()));
+  LearntNoise& noise = belief.noise;
+  for (const TomlEntry& field : fields) {
+    if (field.name() == "torque_sd") noise.torque_sd = field.number(Range::kNotNegative);
+    if (field.name() == "torque_pole") noise.torque_pole = read_pole(field);
+    if (field.name() == "sensor_sd") noise.sensor_sd = field.number(Range::kPositive);
+    if (field.name() == "sensor_pole") noise.sensor_pole = read_pole(field);
+    if (field.name() == "sample_s") noise.sample_s = field.number(Range::kPositive);
+  }
+  noise.known = noise.sensor_sd > 0.0 && noise.sample_s > 0.0;
+  return belief;
+}
+
 }  // namespace
 
 ModelFile parse_model_file(const std::string& text, const std::string& name) {
   const toml::table root = parse(text, name);
-  std::vector<std::string_view> known{"effects", "parameters"};
+  std::vector<std::string_view> known{"belief", "effects", "parameters"};
   known.insert(known.end(), kSettingsSections.begin(), kSettingsSections.end());
   ModelFile content;
   // In alphabetical order: the effects come before the parameters that they bring.
   for (const TomlEntry& entry : TomlEntry(name, root).fields(known)) {
     if (entry.name() == "effects") {
       read_effects(content.model, entry);
+    } else if (entry.name() == "belief") {
+      content.settings.belief = read_belief(entry);
     } else if (entry.name() == "parameters") {
       read_parameters(content.model, entry);
     } else {

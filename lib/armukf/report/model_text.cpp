@@ -60,6 +60,36 @@ std::string text_of(const Parameter& p) {
       text_of(p.spread), p.unit);
 }
 
+std::string text_of(const ParameterBelief& belief) {
+  std::vector<std::string> names;
+  std::vector<std::string> rows;
+  for (std::size_t i = 0; i < belief.names.size(); ++i) {
+    names.push_back(in_quotes(belief.names[i]));
+    std::vector<std::string> row;
+    for (int j = 0; j < belief.covariance.size(); ++j)
+      row.push_back(text_of(belief.covariance(static_cast<int>(i), j)));
+    rows.push_back("  [" + joined(row) + "]");
+  }
+  std::string text = fmt::format(
+      "\n# What an estimate of the unknowns believed when it ended, and what it learnt of the "
+      "noise:\n"
+      "# who goes on from it begins there. Take this table out to begin anew.\n"
+      "[belief]\nnames = [{}]\ncovariance = [  # units of the parameters\n{}]\n",
+      joined(names), [&] {
+        std::string lines;
+        for (const std::string& row : rows) lines += row + ",\n";
+        return lines;
+      }());
+  const LearntNoise& noise = belief.noise;
+  if (!noise.known) return text;
+  return text + fmt::format(
+                    "torque_sd = {}  # N.m, of the driven mass, a value per sample_s\n"
+                    "torque_pole = {}\nsensor_sd = {}  # rad/s\nsensor_pole = {}\n"
+                    "sample_s = {}  # s\n",
+                    text_of(noise.torque_sd), text_of(noise.torque_pole), text_of(noise.sensor_sd),
+                    text_of(noise.sensor_pole), text_of(noise.sample_s));
+}
+
 }  // namespace
 
 std::string model_file_text(const ModelFile& content) {
@@ -79,6 +109,7 @@ std::string model_file_text(const ModelFile& content) {
     if (field.section != section) text += fmt::format("\n[{}]\n", section = field.section);
     text += fmt::format("{} = {}  # {}\n", field.key, text_of(value), field.comment);
   });
+  if (content.settings.belief) text += text_of(*content.settings.belief);
   return text;
 }
 

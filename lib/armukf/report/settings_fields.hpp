@@ -47,15 +47,27 @@ void for_each_part(S& error, Visit visit) {
   visit("time_s", time_s, Range::kPositive);
 }
 
+template <MaybeConst<NoiseLearning> S, class Visit>
+void for_each_part(S& learning, Visit visit) {
+  auto& [most_torque, beyond, fade, fade_from_s, fade_until_s] = learning;
+  visit("most_torque", most_torque, Range::kNotNegative);
+  visit("beyond", beyond, Range::kPositive);
+  visit("fade", fade, Range::kNotNegative);
+  visit("fade_from_s", fade_from_s, Range::kPositive);
+  visit("fade_until_s", fade_until_s, Range::kNotNegative);
+}
+
 template <class S>
-concept SettingsTable = MaybeConst<S, Annealing> || MaybeConst<S, ModelError>;
+concept SettingsTable =
+    MaybeConst<S, Annealing> || MaybeConst<S, ModelError> || MaybeConst<S, NoiseLearning>;
 
 /// Calls visit(field, value) for every setting, in the file's order. Values are numbers, names (of
 /// a filter, a Stepper), tables or the race's starts.
 template <MaybeConst<EstimatorSettings> S, class Visit>
 void for_each_setting(S& settings, Visit visit) {
   using enum Range;
-  auto& [filter, spread, propagation, noise, prior, gate, race, adaptation] = settings;
+  auto& [filter, spread, propagation, noise, prior, gate, race, adaptation, belief] = settings;
+  (void)belief;  // a table of its own, read and written beside the settings
 
   auto& [alpha, beta, kappa] = spread;
   visit({"filter", "kind", "ukf, ekf, srukf, ckf, iekf, adaptive or adaptive_ekf ..."}, filter);
@@ -70,7 +82,7 @@ void for_each_setting(S& settings, Visit visit) {
   visit({"propagation", "max_step_s", "s; a longer interval is cut into more", kPositive},
         max_step_s);
 
-  auto& [sensor, model_error, torque, parameter_walk] = noise;
+  auto& [sensor, model_error, torque, parameter_walk, learning] = noise;
   visit({"noise", "sensor", "rad/s, sd of the speed sensor's white noise", kPositive}, sensor);
   visit({"noise", "model_error", "rad/s; gain: variance per mean square of the innovations"},
         model_error);
@@ -78,6 +90,8 @@ void for_each_setting(S& settings, Visit visit) {
     visit({"noise", kMasses[i].noise_name, "N.m.s^1/2, density of the torque noise"}, torque[i]);
   visit({"noise", "parameter_walk", "1/s^1/2, density of the unknowns' random walk, relative"},
         parameter_walk);
+  visit({"noise", "learning", "N.m.s^1/2, most torque noise that is learnt, 0: none; fade: power"},
+        learning);
 
   auto& [twist, speed] = prior;
   visit({"prior", "twist", "rad, sd of both twists at the first sample", kPositive}, twist);

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <array>
+#include <complex>
+
+namespace armukf {
+
+/// Stationary noise, a value per sample: x_{k+1} = pole x_k + e_k, of standard deviation sd.
+struct ColouredNoise {
+  double sd = 0.0;
+  double pole = 0.0;
+
+  /// Variance per sample of the white noise that has the same density at low frequencies.
+  double long_run_variance() const { return sd * sd * (1.0 + pole) / (1.0 - pole); }
+  /// Variance of e.
+  double driving_variance() const { return sd * sd * (1.0 - pole * pole); }
+};
+
+/// Noises of a moving mass whose speed is measured, per sample: `kick` is what a torque that nobody
+/// knows adds to the speed from one sample to the next, `sensor` what the sensor adds to it.
+struct NoisePair {
+  ColouredNoise kick;    // rad/s
+  ColouredNoise sensor;  // rad/s
+};
+
+/// Learns both from what a model leaves of the measured change of speed,
+///     m_k = y_k - y_{k-1} - (change that the model expects of a motion without noise)
+///         = kick_{k-1} + sensor_k - sensor_{k-1},
+/// whose spectrum at w radians a sample is
+///     f(w) = S_kick(w) + |1 - e^{-iw}|^2 S_sensor(w),  S(w) = sd^2 (1 - p^2) / |1 - p e^{-iw}|^2.
+/// The spectrum is averaged over overlapping blocks (P. Welch, IEEE Trans. Audio and
+/// Electroacoustics 15, 1967), later ones counting more, since what is wrong with unsettled
+/// parameters is in the early ones; sizes and poles maximise the likelihood of P. Whittle, "The
+/// analysis of multiple stationary time series", JRSS B 15 (1953). Memory is constant.
+class NoiseSpectrum {
+ public:
+  NoiseSpectrum();
+
+  /// Takes the next m (rad/s). Returns true where a block is full and the noises are learnt anew.
+  bool add(double m);
+
+  /// A gap: m's before it and after it do not belong into one block.
+  void interrupt() { filled_ = 0; }
+
+  bool has_learnt() const { return blocks_ > kFewestBlocks; }
+  const NoisePair& noise() const { return noise_; }
+
+ private:
+  static constexpr int kBlock = 1024;      // samples
+  static constexpr int kFewestBlocks = 1;  // from whose spectrum four numbers can be read
+  // Blocks, of which the average never holds more than the last so many: slow changes are followed.
+  static constexpr double kMostBlocks = 200.0;
+  // Below this line of a block's spectrum the unsettled model and its arm's resonance count most.
+  static constexpr int kFirstLine = 5;
+  static constexpr int kMostBins = 96;
+
+  struct Bin {
+    int first;       // line
+    int end;         // line behind its last
+    double cosine;   // of the bin's frequency
+    double density;  // (rad/s)^2, averaged
+  };
+  using Point = std::array<double, 4>;  // ln sd of kick, its pole, ln sd of sensor, its pole
+
+  void take_block();
+  void fit();
+  double cost(const Point& p) const;
+  Point improved(Point p) const;
+
+  std::array<double, kBlock> block_{};
+  std::array<std::complex<double>, kBlock> lines_{};
+  std::array<std::complex<double>, kBlock / 2> turns_{};
+  std::array<double, kBlock> taper_{};
+  std::array<Bin, kMostBins> bins_{};
+  int bin_count_ = 0;
+  int filled_ = 0;
+  int blocks_ = 0;
+  NoisePair noise_;
+};
+
+}  // namespace armukf

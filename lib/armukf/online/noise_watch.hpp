@@ -1,0 +1,50 @@
+#pragma once
+
+#include "armukf/filter/kalman.hpp"
+#include "armukf/filter/noise_spectrum.hpp"
+
+namespace armukf {
+
+/// A belief's idea of what makes up a measurement (rad/s), and the kick that its torque noise gives
+/// the measured speed until the next one.
+struct MeasuredParts {
+  double speed = 0.0;
+  double sensor_noise = 0.0;
+  double kick = 0.0;
+};
+
+/// Learns the noises from a filter's beliefs: what a sample shows is the last one, the change that
+/// the model expects of a motion without noise, and noise.
+class NoiseWatch {
+ public:
+  /// Takes a used measurement, what the belief was of its parts before it was seen, and what it is
+  /// since. Returns true where the noises are learnt anew.
+  bool see(const Innovation& innovation, const MeasuredParts& before, const MeasuredParts& after) {
+    const double y = innovation.predicted + innovation.value;
+    bool learnt = false;
+    if (goes_on_) {
+      const double expected = before.speed - last_.speed - last_.kick;
+      learnt = spectrum_.add(y - last_y_ - expected);
+    }
+    last_y_ = y;
+    last_ = after;
+    goes_on_ = true;
+    return learnt;
+  }
+
+  /// The next sample does not follow the last one.
+  void interrupt() {
+    spectrum_.interrupt();
+    goes_on_ = false;
+  }
+
+  const NoisePair& noise() const { return spectrum_.noise(); }
+
+ private:
+  NoiseSpectrum spectrum_;
+  MeasuredParts last_;
+  double last_y_ = 0.0;  // rad/s
+  bool goes_on_ = false;
+};
+
+}  // namespace armukf

@@ -1,0 +1,105 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "armukf/batch/experiment.hpp"
+#include "armukf/online/recursion.hpp"
+#include "armukf/report/model_file.hpp"
+
+namespace armukf {
+namespace {
+
+std::vector<Sample> record(const Model& model, int samples = 12000, std::uint64_t seed = 1) {
+  ExperimentSettings experiment;
+  experiment.samples = samples;
+  experiment.seed = seed;
+  experiment.sensor_noise = 0.3;
+  experiment.torque_disturbance = 0.2;
+  return simulate_experiment(model, experiment).record.samples;
+}
+
+class EachFilter : public ::testing::TestWithParam<std::string> {
+ protected:
+  EstimatorSettings settings_ = [] {
+    EstimatorSettings settings;
+    settings.filter = GetParam();
+    return settings;
+  }();
+};
+
+TEST_P(EachFilter, LearnsTheSensorsNoiseWhateverItWasTold) {
+  settings_.noise.sensor = 0.02;
+  const RecursiveEstimate found =
+      estimate_record(published_arm(), settings_, record(published_estimate()));
+  const LearntNoise& noise = found.belief.noise;
+  ASSERT_TRUE(noise.known);
+  EXPECT_NEAR(noise.sensor_sd, 0.3, 0.02);
+  EXPECT_LT(noise.sensor_pole, 0.05);
+  // The mean of 8000 squares has a deviation of 0.016; what the model's error keeps is below 0.05.
+  EXPECT_NEAR(found.tally.innovations().mean_nis(), 1.0, 0.1);
+}
+
+TEST_P(EachFilter, TakesNoMissingTorqueForNoise) {
+  Model truth = published_estimate();
+  truth.add_effect("torque_ripple");
+  truth.parameter("torque_ripple").value = 6.0;
+  const RecursiveEstimate found = estimate_record(published_arm(), settings_, record(truth));
+  EXPECT_FALSE(found.belief.noise.known);
+  EXPECT_GT(found.belief.noise.not_noise, 0.5);
+}
+
+TEST_P(EachFilter, GoesOnFromWhatItBelieved) {
+  const Model truth = published_estimate();
+  const RecursiveEstimate first = estimate_record(published_arm(), settings_, record(truth));
+  EstimatorSettings later = settings_;
+  later.belief = first.belief;
+  Session session(first.model, later);
+  EXPECT_TRUE(session.decided());
+  const std::vector<double> sd = session.parameter_deviations();
+  for (const int i : first.model.unknowns())
+    EXPECT_NEAR(sd[i] / first.sd[i], 1.0, 1e-6) << first.model.parameters[i].name;
+  for (const Sample& sample : record(truth, 6000, 2)) {
+    session.step(sample);
+    const Model now = session.model();
+    for (const int i : now.unknowns())
+      ASSERT_LT(std::abs(now.parameters[i].value - first.model.parameters[i].value),
+                3.5 * first.sd[i])
+          << now.parameters[i].name << " at " << sample.t;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Some, EachFilter, ::testing::Values("ukf", "ekf", "srukf"),
+                         [](const auto& test) { return test.param; });
+
+TEST(Covariance, GoesWithTheDeviations) {
+  const RecursiveEstimate found =
+      estimate_record(published_arm(), {}, record(published_estimate(), 6000));
+  const std::vector<int> unknowns = found.model.unknowns();
+  ASSERT_EQ(found.belief.covariance.size(), static_cast<int>(unknowns.size()));
+  for (std::size_t k = 0; k < unknowns.size(); ++k) {
+    const int i = static_cast<int>(k);
+    EXPECT_NEAR(std::sqrt(found.belief.covariance(i, i)) / found.sd[unknowns[k]], 1.0, 1e-9);
+    EXPECT_GE(found.sd[unknowns[k]], found.model_sd[unknowns[k]] * (1.0 - 1e-12));
+    for (int j = 0; j < i; ++j)
+      EXPECT_NEAR(found.belief.covariance(i, j), found.belief.covariance(j, i),
+                  1e-12 * found.sd[unknowns[k]] * found.sd[unknowns[static_cast<std::size_t>(j)]]);
+  }
+}
+
+TEST(Belief, ReadsBackFromAModelFile) {
+  const RecursiveEstimate found =
+      estimate_record(published_arm(), {}, record(published_estimate(), 6000));
+  ModelFile content{found.model, {}};
+  content.settings.belief = found.belief;
+  // Rounding leaves the matrix symmetric only to the last digits; a file is exact.
+  const std::string text = model_file_text(content);
+  const ModelFile back = parse_model_file(text, "saved.toml");
+  EXPECT_EQ(model_file_text(back), text);
+  ASSERT_TRUE(back.settings.belief.has_value());
+  EXPECT_EQ(back.settings.belief->noise.sensor_sd, found.belief.noise.sensor_sd);
+}
+
+}  // namespace
+}  // namespace armukf
