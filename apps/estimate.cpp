@@ -2,27 +2,35 @@
 
 #include <algorithm>
 #include <chrono>
-#include <csignal>
+#include <exception>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "arms.hpp"
 #include "armukf/batch/evaluate.hpp"
+#include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/io/csv_reader.hpp"
 #include "armukf/io/csv_writer.hpp"
 #include "armukf/online/recursion.hpp"
 #include "armukf/online/session.hpp"
-#include "armukf/online/tally.hpp"
+#include "armukf/online/track.hpp"
 #include "armukf/report/estimate_report.hpp"
 #include "armukf/report/score_json.hpp"
+#include "checkpoints.hpp"
 #include "commands.hpp"
+#include "complaints.hpp"
+#include "first_failure.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"
 #include "progress.hpp"
 #include "report_options.hpp"
+#include "rows.hpp"
+#include "signals.hpp"
 #include "start_options.hpp"
+#include "stream_options.hpp"
 
 namespace armukf::apps {
 namespace {
@@ -32,10 +40,6 @@ using Clock = std::chrono::steady_clock;
 /// Samples kept for the simulation with the final parameters, so that memory stays flat however
 /// long the stream is: 200 s at 2 kHz.
 constexpr std::size_t kMostSimulated = 400'000;
-
-volatile std::sig_atomic_t stop_requested = 0;
-
-void request_stop(int /*signal*/) { stop_requested = 1; }
 
 struct EstimateOptions {
   std::string input = "-";
@@ -48,74 +52,204 @@ struct EstimateOptions {
   ModelOptions model;
   ReportOptions report;
   Columns columns;
+  StreamOptions stream;
+  ArmsOptions arms;
 };
 
 /// What one pass over the input leaves.
 struct Pass {
   RecursiveEstimate estimate;
+  StreamCounts input;
   std::vector<Sample> samples;  // the first kMostSimulated
   std::vector<ScoredPart> parts;
+  std::exception_ptr failure;  // what ended it early
 };
 
-/// Streams the input through a session; writes a row per sample where there is a writer.
-Pass stream(const EstimateOptions& o, const ModelFile& start, CsvWriter* writer) {
-  CsvReader reader(ByteSource(o.input, &stop_requested), o.columns);
-  Session session(start.model, start.settings);
-  Progress progress(reader.size(), o.report.quiet);
-  Pass pass;
-  Tally tally;
-  pass.parts.resize(1);
-  const auto begin = Clock::now();
-  while (const auto sample = reader.next()) {
-    if (writer != nullptr && pass.samples.empty()) write_header(*writer, start.model);
-    const Estimate estimate = session.step(*sample);
-    tally.add(estimate);
-    if (o.score) {
-      if (pass.parts.size() <= o.cuts.size() && sample->t >= o.cuts[pass.parts.size() - 1])
-        pass.parts.emplace_back();
-      pass.parts.back().add(estimate, start.settings.gate.nis);
-    }
-    if (writer != nullptr) {
-      write_row(*writer, estimate);
-      if (reader.would_wait()) writer->flush();
-      if (writer->closed()) break;
-    }
-    if (pass.samples.size() < kMostSimulated) pass.samples.push_back(*sample);
-    progress.show(reader.consumed());
-    if (stop_requested != 0) break;
+/// One pass over the input at work.
+class Stream {
+ public:
+  Stream(const EstimateOptions& o, const ModelFile& start, CsvWriter* writer)
+      : o_(o),
+        start_(start),
+        writer_(writer),
+        complaints_(o.report.quiet),
+        rows_(o.input, o.columns, o.stream, complaints_),
+        track_(start.model, start.settings, rows_.arrival()),
+        progress_(rows_.reader().size(), o.report.quiet),
+        checkpoints_(o.stream.checkpoint, o.stream.every_s, complaints_) {
+    pass_.parts.resize(1);
+    if (!o.stream.resume.empty())
+      resume_from(o.stream.resume, [this](const std::string& bytes) { track_.load(bytes); });
+    if (o.stream.new_clock) track_.expect_new_clock();
   }
-  if (writer != nullptr) writer->flush();
-  const std::chrono::duration<double> taken = Clock::now() - begin;
-  pass.estimate = result_of(session, start.settings.filter, tally, taken.count());
-  return pass;
-}
+
+  /// What the pass has come to, also where it fails.
+  Pass result() {
+    try {
+      take_all();
+    } catch (const std::exception&) {
+      pass_.failure = std::current_exception();
+    }
+    const std::chrono::duration<double> taken = Clock::now() - begin_;
+    pass_.estimate =
+        result_of(track_.session(), start_.settings.filter, track_.tally(), taken.count());
+    pass_.input = track_.counts();
+    return std::move(pass_);
+  }
+
+ private:
+  void take_all() {
+    try {
+      take_rows();
+    } catch (const InputError&) {  // the rows before it are as good as ever
+      finish();
+      throw;
+    }
+    finish();
+  }
+
+  void take_rows() {
+    while (const auto sample = rows_.next()) {
+      for (int i = rows_.take_faulty(); i > 0; --i) track_.count_faulty_row();
+      rows_.tell(track_.put(*sample));
+      write_due();
+      const bool idle = rows_.reader().would_wait();
+      if (idle && writer_ != nullptr) writer_->flush();
+      if (checkpoints_.due(idle)) put_checkpoint();
+      if (is_stopped() || (writer_ != nullptr && writer_->closed())) return;
+      progress_.show(rows_.reader().consumed());
+    }
+  }
+
+  /// What waits is given out, unless it can be given out after the checkpoint.
+  void finish() {
+    for (int i = rows_.take_faulty(); i > 0; --i) track_.count_faulty_row();
+    if (!is_stopped() || !checkpoints_.wanted()) {
+      track_.end();
+      write_due();
+    }
+    if (writer_ != nullptr) writer_->flush();
+    if (writer_ != nullptr && writer_->closed()) return;  // what is lost must come again
+    if (checkpoints_.wanted()) put_checkpoint();
+    checkpoints_.finish();
+  }
+
+  /// The rows that it covers are downstream before it is.
+  void put_checkpoint() {
+    if (writer_ != nullptr) writer_->flush();
+    if (writer_ == nullptr || !writer_->closed()) checkpoints_.put(track_.save());
+  }
+
+  void write_due() {
+    while (const auto estimate = track_.next()) {
+      if (o_.score) score(*estimate);
+      if (writer_ != nullptr) {
+        if (!headed_) write_header(*writer_, start_.model);
+        headed_ = true;
+        write_row(*writer_, *estimate);
+      }
+      keep(estimate->sample);
+    }
+  }
+
+  void score(const Estimate& estimate) {
+    if (pass_.parts.size() <= o_.cuts.size() &&
+        estimate.sample.t >= o_.cuts[pass_.parts.size() - 1])
+      pass_.parts.emplace_back();
+    pass_.parts.back().add(estimate, start_.settings.gate.nis);
+  }
+
+  /// For the closing simulation: as long as the clock goes on.
+  void keep(const Sample& sample) {
+    keeps_ = keeps_ && pass_.samples.size() < kMostSimulated &&
+             (pass_.samples.empty() || sample.t > pass_.samples.back().t);
+    if (keeps_) pass_.samples.push_back(sample);
+  }
+
+  const EstimateOptions& o_;
+  const ModelFile& start_;
+  CsvWriter* writer_;
+  Complaints complaints_;
+  Rows rows_;
+  Track track_;
+  Progress progress_;
+  Checkpoints checkpoints_;
+  Clock::time_point begin_ = Clock::now();
+  Pass pass_;
+  bool headed_ = false;
+  bool keeps_ = true;
+};
 
 /// The last pass, or the one in which the user has had enough.
 Pass all_passes(const EstimateOptions& o, ModelFile start) {
   for (int pass = 1; pass < o.passes; ++pass) {
-    Pass early = stream(o, start, nullptr);
-    if (stop_requested != 0) return early;
+    Pass early = Stream(o, start, nullptr).result();
+    if (is_stopped() || early.failure) return early;
     start.model = early.estimate.model;
   }
   if (o.score || o.report.json == "-")
-    return stream(o, start, nullptr);  // which has standard output to itself
-  CsvWriter writer("-");
-  return stream(o, start, &writer);
+    return Stream(o, start, nullptr).result();  // which has standard output to itself
+  CsvWriter writer("-", stop_flag());
+  return Stream(o, start, &writer).result();
+}
+
+/// The final parameters, simulated over what was kept.
+ClosingSimulation simulated(const Pass& pass, const EstimatorSettings& settings) {
+  if (pass.samples.empty()) return {kNaN, kNaN, 0, {}};
+  return closing_simulation(pass.estimate.model, pass.samples, settings.propagation,
+                            settings.gate.longest_gap_s);
 }
 
 void check_options(const EstimateOptions& o) {
+  check_stream_options(o.stream, o.input);
+  const bool lasting = !o.stream.checkpoint.empty() || !o.stream.resume.empty();
+  if (lasting && (o.passes > 1 || o.score))
+    throw InputError("--checkpoint, --resume: neither with --passes nor with --score");
   if (!o.cuts.empty() && !o.score) throw InputError("--score-cuts: needs --score");
   if (!std::ranges::is_sorted(o.cuts)) throw InputError("--score-cuts: times must rise");
   if (o.score && !o.report.json.empty())
     throw InputError("--score: prints JSON of its own; leave --json out");
+  if (o.passes > 1 && o.stream.follow)
+    throw InputError("--passes: a file that is followed has no end");
   if (o.passes > 1 && o.input == "-")
     throw InputError("--passes: standard input can be read only once; give a FILE");
   if (o.start.frequency && o.input == "-")
     throw InputError("--start: frequency needs the whole record beforehand; give a FILE");
 }
 
+/// What the pass found, wherever the user wants it.
+void report(const EstimateOptions& o, const ModelFile& start, const Pass& pass) {
+  FirstFailure failure(pass.failure);
+  if (!o.save.empty())
+    failure.of([&] {
+      write_model_file(o.save,
+                       to_go_on_from(pass.estimate.model, start.settings, pass.estimate.belief));
+    });
+  if (o.score) {
+    failure.of(
+        [&] { write_json({.json = "-", .quiet = true}, score_json(pass.estimate, pass.parts)); });
+    return failure.rethrow();
+  }
+  const EstimateSummary summary{pass.estimate, simulated(pass, start.settings), pass.input};
+  failure.of([&] { write_json(o.report, estimate_json(summary)); });
+  if (!o.report.quiet) say(estimate_text(summary));
+  failure.rethrow();
+}
+
+void check_arms_options(const EstimateOptions& o) {
+  if (o.passes > 1 || o.score || o.start.any())
+    throw InputError("--key: neither with --passes nor with --score nor with --start");
+}
+
 void estimate(const EstimateOptions& o) {
   check_options(o);
+  if (!o.arms.key.empty()) {
+    check_arms_options(o);
+    stop_on_signals();
+    Columns columns = o.columns;
+    columns.key = o.arms.key;
+    return estimate_arms({o.input, o.filter, o.save, o.arms, o.model, o.report, columns, o.stream});
+  }
   ModelFile start = chosen_model(o.model);
   choose_filter(start.settings, o.filter);
   if (o.start.any()) {
@@ -123,25 +257,10 @@ void estimate(const EstimateOptions& o) {
     const std::string found = find_start(o.start, o.model, record, o.columns, start);
     if (!o.report.quiet) fmt::print(stderr, "{}", found);
   }
-  std::signal(SIGINT, request_stop);
-  std::signal(SIGTERM, request_stop);
+  stop_on_signals();
   const Pass pass = all_passes(o, start);
-  if (pass.samples.empty()) return;  // stopped before the first sample
-  if (!o.save.empty()) {
-    EstimatorSettings settings = start.settings;
-    settings.belief = pass.estimate.belief;
-    write_model_file(o.save, {pass.estimate.model, settings});
-  }
-  if (o.score) {
-    write_json({.json = "-", .quiet = true}, score_json(pass.estimate, pass.parts));
-    return;
-  }
-  const EstimateSummary summary{
-      pass.estimate,
-      closing_simulation(pass.estimate.model, pass.samples, start.settings.propagation,
-                         start.settings.gate.longest_gap_s)};
-  if (!o.report.quiet) fmt::print(stderr, "{}", estimate_text(summary));
-  write_json(o.report, estimate_json(summary));
+  if (pass.estimate.tally.samples() > 0) return report(o, start, pass);
+  if (pass.failure) std::rethrow_exception(pass.failure);  // else stopped before the first sample
 }
 
 }  // namespace
@@ -173,6 +292,8 @@ void add_estimate(CLI::App& program) {
   add_model_options(command, o->model);
   add_report_options(command, o->report);
   add_columns_option(command, o->columns);
+  add_stream_options(command, o->stream);
+  add_arms_options(command, o->arms);
   command.callback([o] { estimate(*o); });
 }
 

@@ -27,4 +27,5 @@
 #include "armukf/online/recursion.hpp"   // the recursive estimate of a whole record
 #include "armukf/online/session.hpp"     // the recursive estimate, sample by sample
 #include "armukf/online/smoother.hpp"    // states and parameters given the whole record
+#include "armukf/online/track.hpp"       // the same of a stream as it comes, late and twice
 #include "armukf/report/model_file.hpp"  // models from and to TOML files

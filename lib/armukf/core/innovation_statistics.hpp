@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -28,6 +29,13 @@ class InnovationStatistics {
   static constexpr std::size_t kShort = 4096;
   double log_likelihood() const { return log_likelihood_; }
 
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(count_, offset_, sum_y_, sum_y2_, sum_error2_, log_likelihood_, late_, later_, past_,
+            newest_);
+    newest_ = std::clamp(newest_, 0, kWindow - 1);  // it is an index, whoever wrote the archive
+  }
+
  private:
   static constexpr int kWindow = 32;  // lags kept, whole vector registers
   static_assert(kWhitenessLags < kWindow);
@@ -45,6 +53,11 @@ class InnovationStatistics {
     std::size_t count = 0;
     double squares = 0.0;
     std::array<double, kWindow> products{};  // [k - 1]: sum over t of e_t e_{t-k}
+
+    template <class Archive>
+    void archive(Archive& archive) {
+      archive(count, squares, products);
+    }
   };
   Late late_;                               // since the last but one power of two of the count
   Late later_;                              // since the last one

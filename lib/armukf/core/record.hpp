@@ -10,6 +10,11 @@ struct Sample {
   double t = 0.0;  // s
   double u = 0.0;  // N.m, motor torque
   double y = 0.0;  // rad/s, motor speed; NaN where the measurement is missing
+
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(t, u, y);
+  }
 };
 
 /// A whole record, in order of time.

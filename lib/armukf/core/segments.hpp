@@ -26,6 +26,11 @@ class GapWatch {
     return gap;
   }
 
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(usual_s_);
+  }
+
  private:
   static constexpr double kNone = kInfinite;
   static constexpr double kIntervals = 5.0;

@@ -20,18 +20,19 @@ void add_frequencies(const SpectralLines& found, std::vector<double>& frequencie
 Suggested suggested_by(const FittedModel& fit, const std::vector<Record>& pieces,
                        const Propagation& propagation) {
   const std::vector<double> angle = motor_angle(pieces);
+  const std::vector<double> time = times_of(pieces);
   Suggested suggested{{1.0, 2.0}, {}};
   for (const std::vector<double>& e : {one_step(fit, pieces, propagation).errors, fit.residual}) {
-    const SpectralLines found =
+    const SpectralLines harmonics =
         lines_over_angle(angle, e, kHighestHarmonic, kLinePower, kMostLines);
-    add_frequencies(found, suggested.harmonics);
+    const SpectralLines frequencies =
+        lines_over_time(time, e, kHighestMode, kLinePower, kMostLines);
+    add_frequencies(harmonics, suggested.harmonics);
+    add_frequencies(frequencies, suggested.frequencies);
     // Both have the same lines, and a line is one trial, whoever suggests it.
-    suggested.harmonics_looked_at = 2.0 + found.looked_at;
+    suggested.harmonics_looked_at = 2.0 + harmonics.looked_at;
+    suggested.frequencies_looked_at = frequencies.looked_at;
   }
-  const SpectralLines found =
-      lines_over_time(times_of(pieces), fit.residual, kHighestMode, kLinePower, kMostLines);
-  add_frequencies(found, suggested.frequencies);
-  suggested.frequencies_looked_at = found.looked_at;
   return suggested;
 }
 

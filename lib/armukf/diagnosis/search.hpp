@@ -9,8 +9,8 @@
 
 namespace armukf {
 
-/// Harmonics of the motor's angle that stand out of the innovations or of the residual, the first
-/// two in any case, and frequencies that stand out of the residual.
+/// Harmonics of the motor's angle, the first two in any case, and frequencies that stand out of the
+/// innovations or of the residual.
 Suggested suggested_by(const FittedModel& fit, const std::vector<Record>& pieces,
                        const Propagation& propagation);
 

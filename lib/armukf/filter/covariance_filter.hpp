@@ -118,6 +118,12 @@ class CovarianceFilter {
     return rule_(belief_, f);
   }
 
+  /// What it has come to; its shape and its rule are its maker's.
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(belief_.mean, belief_.covariance);
+  }
+
  private:
   Rule<Shape> rule_;
   Linearised<Shape> linear_;

@@ -66,6 +66,14 @@ class IteratedFilter : public CovarianceFilter<Shape, Linearised> {
     Base::believe(belief);
   }
 
+  template <class Archive>
+  void archive(Archive& archive) {
+    Base::archive(archive);
+    old_.shape = this->shape();
+    archive(old_.mean, old_.covariance, noise_, has_moved_);
+    for (int i = 0; i < this->shape().states(); ++i) archive(with_old_[i]);
+  }
+
  private:
   /// cov([x theta] at k - 1, y_k).
   Row covariance_with_old(const Measurement<Shape>& y) const {

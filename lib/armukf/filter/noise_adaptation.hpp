@@ -39,6 +39,11 @@ class NoiseAdaptation {
     past_ = stays * past_ + limited;
   }
 
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(sensor_, state_, past_);
+  }
+
  private:
   // What one outlier counts at most, in deviations, and squared where a sensor that is far worse
   // than expected must be caught up with before the filter gives up.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <complex>
 
@@ -14,6 +15,11 @@ struct ColouredNoise {
   double long_run_variance() const { return sd * sd * (1.0 + pole) / (1.0 - pole); }
   /// Variance of e.
   double driving_variance() const { return sd * sd * (1.0 - pole * pole); }
+
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(sd, pole);
+  }
 };
 
 /// Noises of a moving mass whose speed is measured, per sample: `kick` is what a torque that nobody
@@ -21,6 +27,11 @@ struct ColouredNoise {
 struct NoisePair {
   ColouredNoise kick;    // rad/s
   ColouredNoise sensor;  // rad/s
+
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(kick, sensor);
+  }
 };
 
 /// Learns both from what a model leaves of the measured change of speed,
@@ -44,6 +55,13 @@ class NoiseSpectrum {
 
   bool has_learnt() const { return blocks_ > kFewestBlocks; }
   const NoisePair& noise() const { return noise_; }
+
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(block_, filled_, blocks_, noise_);
+    for (Bin& bin : bins_) archive(bin.density);
+    filled_ = std::clamp(filled_, 0, kBlock - 1);  // it is an index, whoever wrote the archive
+  }
 
  private:
   static constexpr int kBlock = 1024;      // samples

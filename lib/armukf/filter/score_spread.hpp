@@ -64,6 +64,12 @@ class ScoreSpread {
     return std::max(1.0, student * std::sqrt(sum / P(k, k)));
   }
 
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(n_, stretches_, weight_, weight2_, M_, last_);
+    n_ = std::clamp(n_, 0, Most);  // it is a size, whoever wrote the archive
+  }
+
  private:
   template <class Theta>
   void remember(const Theta& theta) {

@@ -125,6 +125,11 @@ class SquareRootFilter {
     condition(rotated(linear_.measurement(shape_, mean_, h).gradient), innovation);
   }
 
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(mean_, root_);
+  }
+
  private:
   using Sigma = SigmaPoints<Shape, true>;
   using Points = typename Sigma::Points;

@@ -6,7 +6,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <chrono>
+#include <climits>
+#include <csignal>
+#include <cstdio>
 #include <filesystem>
 #include <system_error>
 
@@ -31,7 +36,41 @@ std::system_error write_failure(const std::string& name) {
   return {errno, std::generic_category(), name + ": cannot write"};
 }
 
+/// Waits until whoever reads the output can take a part of it that is no longer than PIPE_BUF;
+/// false if that takes too long.
+bool can_take(int descriptor) {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::milliseconds kPatience{1000};
+  pollfd output{.fd = descriptor, .events = POLLOUT, .revents = 0};
+  const auto end = Clock::now() + kPatience;
+  for (auto left = kPatience; left.count() > 0;
+       left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now())) {
+    const int ready = ::poll(&output, 1, static_cast<int>(left.count()));
+    if (ready > 0 || (ready < 0 && errno != EINTR)) return true;
+  }
+  return false;
+}
+
+/// Whether a file's name is that of `target` while it was being written by a process that is gone.
+bool is_stale(const std::string& name, const std::string& target) {
+  int process = 0;
+  int attempt = 0;
+  int end = 0;
+  if (!name.starts_with(target)) return false;
+  const char* rest = name.c_str() + target.size();
+  return std::sscanf(rest, ".%d.%d.tmp%n", &process, &attempt, &end) == 2 && end > 0 &&
+         rest[end] == '\0' && ::kill(process, 0) != 0 && errno == ESRCH;
+}
+
 }  // namespace
+
+void remove_stale(const std::string& target) {
+  std::error_code ignored;  // who cannot look cannot tidy
+  const std::filesystem::path path = std::filesystem::weakly_canonical(target, ignored);
+  for (const auto& entry : std::filesystem::directory_iterator(path.parent_path(), ignored))
+    if (is_stale(entry.path().filename().string(), path.filename().string()))
+      std::filesystem::remove(entry.path(), ignored);
+}
 
 Descriptor open_for_writing(const std::string& path) {
   const int number =
@@ -42,16 +81,22 @@ Descriptor open_for_writing(const std::string& path) {
   return Descriptor(number);
 }
 
-bool write_all(int descriptor, std::string_view bytes, const std::string& name) {
+bool write_all(int descriptor, std::string_view bytes, const std::string& name, StopFlag stop) {
   while (!bytes.empty()) {
-    const auto count = ::write(descriptor, bytes.data(), bytes.size());
+    const bool stopping = stop != nullptr && *stop != 0;
+    if (stopping && !can_take(descriptor)) {
+      errno = ETIMEDOUT;
+      throw write_failure(name);
+    }
+    const std::size_t part =
+        stopping ? std::min<std::size_t>(bytes.size(), PIPE_BUF) : bytes.size();
+    const auto count = ::write(descriptor, bytes.data(), part);
     if (count >= 0) {
       bytes.remove_prefix(static_cast<std::size_t>(count));
     } else if (errno == EPIPE) {
       return false;
     } else if (errno == EAGAIN) {
-      pollfd output{.fd = descriptor, .events = POLLOUT, .revents = 0};
-      ::poll(&output, 1, -1);
+      can_take(descriptor);
     } else if (errno != EINTR) {
       throw write_failure(name);
     }
@@ -97,9 +142,19 @@ void AtomicFile::write(std::string_view text) { write_all(descriptor(), text, na
 void AtomicFile::commit() {
   if (temporary_.empty()) return;
   // Without the sync a crash may leave the new name with no content, and a full disk may show late.
-  if (::fsync(descriptor()) != 0) throw write_failure(name_);
+  sync(descriptor());
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) throw write_failure(name_);
   temporary_.clear();
+  // The name is on disk once its folder is; a folder that may not be opened is left to itself.
+  const auto folder = std::filesystem::path(target_).parent_path();
+  const Descriptor opened(
+      ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (opened.number() >= 0) ::fsync(opened.number());
+}
+
+void AtomicFile::sync(int descriptor) const {
+  while (::fsync(descriptor) != 0)
+    if (errno != EINTR) throw write_failure(name_);
 }
 
 }  // namespace armukf

@@ -11,12 +11,17 @@ namespace armukf {
 Descriptor open_for_writing(const std::string& path);
 
 /// Writes all bytes; false if nobody reads the other end of the pipe any more.
-/// std::system_error, `name: cannot write: why`, on any other failure.
-bool write_all(int descriptor, std::string_view bytes, const std::string& name);
+/// std::system_error, `name: cannot write: why`, on any other failure. Once `stop` is set (and a
+/// signal has interrupted a write that waits) a reader that takes nothing for a second is one.
+bool write_all(int descriptor, std::string_view bytes, const std::string& name,
+               StopFlag stop = nullptr);
 
-/// A file that takes its name only when complete: written beside its target, renamed by commit(),
-/// removed if commit() is never reached. Standard output ("-"), devices and pipes are written
-/// directly.
+/// Removes what writers of that file left beside it when they were killed.
+void remove_stale(const std::string& target);
+
+/// A file that takes its name only when complete, and on disk: written beside its target, renamed
+/// by commit(), removed if commit() is never reached. Standard output ("-"), devices and pipes are
+/// written directly.
 class AtomicFile {
  public:
   explicit AtomicFile(const std::string& target);
@@ -35,6 +40,7 @@ class AtomicFile {
 
  private:
   void open_beside(const std::string& target);
+  void sync(int descriptor) const;
 
   std::string name_;       // as in messages
   std::string target_;     // where symbolic links led

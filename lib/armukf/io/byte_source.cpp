@@ -5,8 +5,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 #include <system_error>
 
 #include "armukf/core/error.hpp"
@@ -20,6 +22,12 @@ constexpr std::size_t kReadSize = std::size_t{1} << 16;  // bytes; what a pipe h
 // A signal between the test of the stop flag and the wait would go unseen: wait no longer than
 // this.
 constexpr int kStopCheckMs = 100;
+
+// A followed file's end is looked at so often, ever more seldom while nothing comes.
+constexpr int kLeastIdleMs = 1;
+constexpr int kMostIdleMs = 64;
+
+constexpr std::size_t kNowhere = std::numeric_limits<std::size_t>::max();
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
@@ -45,8 +53,13 @@ Descriptor::~Descriptor() {
   if (number_ >= 0) ::close(number_);
 }
 
-ByteSource::ByteSource(const std::string& path, StopFlag stop)
-    : ByteSource(opened(path, stop), path == "-" ? "<stdin>" : path, stop) {}
+ByteSource::ByteSource(const std::string& path, StopFlag stop, FileEnd file_end)
+    : ByteSource(opened(path, stop), path == "-" ? "<stdin>" : path, stop) {
+  if (file_end == FileEnd::kEnds || live_) return;
+  path_ = path;
+  live_ = true;
+  size_.reset();
+}
 
 ByteSource::ByteSource(Descriptor input, std::string name, StopFlag stop)
     : input_(std::move(input)),
@@ -67,15 +80,32 @@ ByteSource::ByteSource(Descriptor input, std::string name, StopFlag stop)
 }
 
 std::optional<std::string_view> ByteSource::next_line() {
+  if (dropping_ && !drop_rest()) return std::nullopt;
   for (;;) {
     const bool complete = has_line();
     if (scanned_ - begin_ > kMaxLine) {
-      throw InputError(name_, line_number_ + 1, "", "line is longer than 1 MiB");
+      dropping_ = true;
+      begin_ = scanned_;
+      throw LineError(name_, ++line_number_, "", "line is longer than 1 MiB");
     }
     if (complete) break;
     if (!read()) return last_line();
   }
   return take_line();
+}
+
+/// Whether there is a next line.
+bool ByteSource::drop_rest() {
+  while (dropping_) {
+    if (has_line()) {
+      begin_ = ++scanned_;
+      dropping_ = false;
+    } else {
+      begin_ = scanned_;
+      if (!read()) return false;
+    }
+  }
+  return true;
 }
 
 bool ByteSource::has_line() {
@@ -98,6 +128,11 @@ std::optional<std::string_view> ByteSource::last_line() {
 
 std::string_view ByteSource::take_line() {
   std::string_view line = front_line();
+  begins_file_ = begin_ == file_begin_;
+  if (begins_file_) {
+    line_number_ = 0;
+    file_begin_ = kNowhere;
+  }
   scanned_ += terminated_ ? 1 : 0;
   begin_ = scanned_;
   if (++line_number_ == 1 && line.starts_with(kByteOrderMark)) {
@@ -112,12 +147,17 @@ bool ByteSource::read() {
   while (!ended_) {
     if (is_set(stop_)) {
       ended_ = stopped_ = true;
-    } else if (!live_ || wait()) {
+    } else if (!live_ || !path_.empty() || wait()) {
       const auto count = ::read(input_.number(), buffer_.get() + end_, kReadSize);
       if (count > 0) {
         end_ += static_cast<std::size_t>(count);
         received_ += static_cast<std::size_t>(count);
+        idle_ms_ = kLeastIdleMs;
         return true;
+      }
+      if (count == 0 && !path_.empty()) {
+        if (await_growth()) return true;
+        continue;
       }
       ended_ = count == 0;
       if (count < 0 && errno != EINTR && errno != EAGAIN) {
@@ -126,6 +166,42 @@ bool ByteSource::read() {
     }
   }
   return false;
+}
+
+/// At the end of a followed file: waits a little, or goes on to the next of its name. Whether there
+/// is a line to be taken that was not there before.
+bool ByteSource::await_growth() {
+  struct stat open {};
+  struct stat named {};
+  ::fstat(input_.number(), &open);
+  if (replaced_) {
+    Descriptor next(::open(path_.c_str(), O_RDONLY | O_CLOEXEC));
+    replaced_ = next.number() < 0;  // gone again, and to be looked for again
+    if (!replaced_) {
+      begin_next_file(std::move(next));
+      return true;
+    }
+  }
+  if (open.st_size < ::lseek(input_.number(), 0, SEEK_CUR)) {  // cut, and written anew
+    begin_next_file(Descriptor(::fcntl(input_.number(), F_DUPFD_CLOEXEC, 0)));
+    ::lseek(input_.number(), 0, SEEK_SET);
+    return true;
+  }
+  if (::stat(path_.c_str(), &named) == 0) {
+    replaced_ = named.st_ino != open.st_ino || named.st_dev != open.st_dev;
+    if (replaced_) return false;
+  }
+  ::poll(nullptr, 0, idle_ms_);
+  idle_ms_ = std::min(2 * std::max(idle_ms_, kLeastIdleMs), kMostIdleMs);
+  return false;
+}
+
+/// What the last file left without a newline is a line.
+void ByteSource::begin_next_file(Descriptor next) {
+  input_ = std::move(next);
+  if (end_ > begin_ && buffer_[end_ - 1] != '\n') buffer_[end_++] = '\n';
+  dropping_ = false;
+  file_begin_ = end_;
 }
 
 /// Whether the input has something to say, be it that it has ended or failed.
@@ -140,6 +216,7 @@ void ByteSource::make_room() {
   std::memmove(buffer_.get(), buffer_.get() + begin_, end_ - begin_);
   end_ -= begin_;
   scanned_ -= begin_;
+  if (file_begin_ != kNowhere) file_begin_ -= begin_;
   begin_ = 0;
 }
 

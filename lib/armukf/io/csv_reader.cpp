@@ -112,16 +112,44 @@ Columns parse_columns(std::string_view text) {
   return result;
 }
 
-CsvReader::CsvReader(ByteSource source, Columns columns)
+CsvReader::CsvReader(ByteSource source, Columns columns, TimeOrder order)
     : source_(std::move(source)),
-      names_{std::move(columns.t), std::move(columns.u), std::move(columns.y)} {}
+      names_{std::move(columns.t), std::move(columns.u), std::move(columns.y)},
+      key_name_(std::move(columns.key)),
+      order_(order) {}
 
 std::optional<Sample> CsvReader::next() {
+  cells_.clear();
+  key_ = {};
+  try {
+    return next_sample();
+  } catch (const LineError& error) {
+    if (width_ == 0) throw InputError(error.what());  // without a header no row can be read
+    throw;
+  }
+}
+
+std::optional<Sample> CsvReader::salvaged() const {
+  // The last cell of a row that was cut may have lost digits.
+  const std::size_t whole = cells_.size() - (cells_.size() < width_ ? 1 : 0);
+  if (cells_.empty() || positions_[0] >= whole || key_.empty() != key_name_.empty())
+    return std::nullopt;
+  const auto t = to_number(cells_[positions_[0]]);
+  if (!t || !std::isfinite(*t) || (order_ == TimeOrder::kRising && *t <= last_t_))
+    return std::nullopt;
+  const auto u = positions_[1] < whole ? to_number(cells_[positions_[1]]) : std::nullopt;
+  return Sample{.t = *t, .u = u.value_or(kNaN), .y = kNaN};
+}
+
+std::optional<Sample> CsvReader::next_sample() {
   auto row = next_row();
   if (row && width_ == 0) {
     read_header(*row);
+    file_begun_ = false;
     row = next_row();
   }
+  while (row && file_begun_ && is_header(*row)) row = next_row();
+  file_begun_ = false;
   if (row) return parse(*row);
   if (has_samples_ || source_.stopped()) return std::nullopt;
   if (source_.line_number() == 0) throw InputError(name(), 0, "", "file is empty");
@@ -133,17 +161,33 @@ bool CsvReader::would_wait() {
   while (source_.has_line()) {
     if (!is_passed_over(source_.front_line())) return false;
     source_.next_line();
+    file_begun_ = file_begun_ || source_.begins_file();
   }
   return true;
 }
 
 std::optional<std::string_view> CsvReader::next_row() {
   auto line = source_.next_line();
-  while (line && is_passed_over(*line)) line = source_.next_line();
+  file_begun_ = file_begun_ || source_.begins_file();
+  while (line && is_passed_over(*line)) {
+    line = source_.next_line();
+    file_begun_ = file_begun_ || source_.begins_file();
+  }
   if (line && line->find('\0') != std::string_view::npos) {
     fail("", "line holds a NUL byte: binary or UTF-16, not CSV text");
   }
   return line;
+}
+
+/// Whether the first row of another file than the first tells its columns; if so, reads it.
+bool CsvReader::is_header(std::string_view row) {
+  split(row);
+  const auto is_cell = [&](const std::string& name) {
+    return std::find(cells_.begin(), cells_.end(), name) != cells_.end();
+  };
+  if (!std::all_of(names_.begin(), names_.end(), is_cell)) return false;
+  read_header(row);
+  return true;
 }
 
 void CsvReader::read_header(std::string_view header) {
@@ -152,6 +196,7 @@ void CsvReader::read_header(std::string_view header) {
   while (cells_.size() > 1 && cells_.back().empty()) cells_.pop_back();  // closing separators
   for (std::size_t role = 0; role < names_.size(); ++role)
     positions_[role] = position(names_[role]);
+  if (!key_name_.empty()) key_position_ = position(key_name_);
   width_ = cells_.size();
 }
 
@@ -193,11 +238,26 @@ void CsvReader::check_width() const {
 Sample CsvReader::parse(std::string_view row) {
   split(row);
   check_width();
+  take_key();
   const Sample sample{.t = number(0), .u = number(1), .y = number(kMeasurement)};
   check_order(sample.t);
   last_t_ = sample.t;
   has_samples_ = true;
   return sample;
+}
+
+/// The arm's name, which may become part of a file's.
+void CsvReader::take_key() {
+  if (key_name_.empty()) return;
+  key_ = cells_[key_position_];
+  constexpr std::size_t kLongest = 100;  // bytes
+  if (key_.empty()) fail(key_name_, "is empty");
+  if (key_.size() > kLongest) fail(key_name_, fmt::format("'{}' is too long a name", shown(key_)));
+  const auto is_unfit = [](unsigned char c) {
+    return c < ' ' || c == 0x7F || c == '/' || c == '\\';
+  };
+  if (key_.front() == '.' || std::any_of(key_.begin(), key_.end(), is_unfit))
+    fail(key_name_, fmt::format("'{}' is no name but a path", shown(key_)));
 }
 
 double CsvReader::number(std::size_t role) const {
@@ -216,13 +276,14 @@ double CsvReader::number(std::size_t role) const {
 }
 
 void CsvReader::check_order(double t) const {
-  if (t > last_t_) return;
+  if (t > last_t_ || order_ == TimeOrder::kAny) return;
   fail(names_[0], t == last_t_ ? fmt::format("time repeats: {} s after {} s", t, last_t_)
                                : fmt::format("time goes back: {} s after {} s", t, last_t_));
 }
 
 void CsvReader::fail(std::string_view column, std::string_view what) const {
-  throw InputError(name(), source_.line_number(), column, what);
+  if (width_ == 0) throw InputError(name(), source_.line_number(), column, what);
+  throw LineError(name(), source_.line_number(), column, what);
 }
 
 Record read_record(const std::string& path, const Columns& columns, StopFlag stop) {

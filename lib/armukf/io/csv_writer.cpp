@@ -16,10 +16,11 @@ constexpr std::size_t kLongestNumber = 24;                 // "-2.22507385850720
 
 }  // namespace
 
-CsvWriter::CsvWriter(const std::string& path)
+CsvWriter::CsvWriter(const std::string& path, StopFlag stop)
     : owned_(open_for_writing(path)),
       descriptor_(owned_.number()),
-      name_(path == "-" ? "<stdout>" : path) {
+      name_(path == "-" ? "<stdout>" : path),
+      stop_(stop) {
   buffer_.reserve(kBufferSize);
 }
 
@@ -68,6 +69,11 @@ void CsvWriter::end_row() {
   if (buffer_.size() >= kBufferSize) flush();
 }
 
+void CsvWriter::append_rows(std::string_view rows) {
+  buffer_ += rows;
+  if (buffer_.size() >= kBufferSize) flush();
+}
+
 void CsvWriter::row(std::span<const double> values) {
   for (const double value : values) cell(value);
   end_row();
@@ -79,9 +85,10 @@ void CsvWriter::row(std::span<const std::string> texts) {
 }
 
 void CsvWriter::flush() {
+  if (descriptor_ == kNone) return;
   std::string rows = std::move(buffer_);
   buffer_.clear();  // also after a failure, so that no row is written twice
-  closed_ = closed_ || !write_all(descriptor_, rows, name_);
+  closed_ = closed_ || !write_all(descriptor_, rows, name_, stop_);
   rows.clear();
   buffer_ = std::move(rows);  // keeps its capacity
 }

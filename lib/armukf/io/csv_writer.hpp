@@ -12,8 +12,11 @@ namespace armukf {
 /// shortest text that reads back to the same double; a missing one is `nan`.
 class CsvWriter {
  public:
-  /// Writes to the file from its start; "-" is standard output.
-  explicit CsvWriter(const std::string& path);
+  /// Writes to the file from its start; "-" is standard output. `stop`: see write_all.
+  explicit CsvWriter(const std::string& path, StopFlag stop = nullptr);
+
+  /// Keeps all rows in text(), writes none.
+  CsvWriter() = default;
 
   /// Writes to what another owns; `name` stands for it in messages.
   CsvWriter(int descriptor, std::string name);
@@ -31,6 +34,12 @@ class CsvWriter {
   void row(std::span<const double> values);
   void row(std::span<const std::string> texts);
 
+  /// Whole rows that another writer has put together.
+  void append_rows(std::string_view rows);
+
+  /// Rows that are not written yet.
+  std::string& text() { return buffer_; }
+
   /// Hands over what is in the buffer. std::system_error, `name: cannot write: why`, on failure.
   void flush();
 
@@ -39,11 +48,13 @@ class CsvWriter {
   bool closed() const { return closed_; }
 
  private:
+  static constexpr int kNone = -1;
   void separate();
 
   Descriptor owned_;  // none if another owns descriptor_
-  int descriptor_;
+  int descriptor_ = kNone;
   std::string name_;
+  StopFlag stop_ = nullptr;
   std::string buffer_;
   bool in_row_ = false;
   bool closed_ = false;

@@ -290,6 +290,15 @@ class Engine {
   /// The believed value of each parameter of the model.
   const double* parameters() const { return parameters_.data(); }
 
+  /// All that samples have made of it; the rest is of model and settings.
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(filter_, noise_, watch_, learnt_, kick_, usual_dt_, steps_since_update_, opening_);
+    archive(scores_, widening_, scored_at_, scores_keep_, samples_, seen_, expected_, since_fade_,
+            faded_at_);
+    archive(last_.t, last_.dt, last_.u, parameters_, model_error_, adaptation_, updated_at_);
+  }
+
  private:
   static constexpr double kLeastSpeedSd =
       1e-3;                                    // rad/s: a belief without sensor noise stays regular

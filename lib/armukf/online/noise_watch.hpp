@@ -11,6 +11,11 @@ struct MeasuredParts {
   double speed = 0.0;
   double sensor_noise = 0.0;
   double kick = 0.0;
+
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(speed, sensor_noise, kick);
+  }
 };
 
 /// Learns the noises from a filter's beliefs: what a sample shows is the last one, the change that
@@ -39,6 +44,11 @@ class NoiseWatch {
   }
 
   const NoisePair& noise() const { return spectrum_.noise(); }
+
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(spectrum_, last_, last_y_, goes_on_);
+  }
 
  private:
   NoiseSpectrum spectrum_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -68,6 +69,14 @@ class Runner {
     const Status after = update(sample, innovation);
     if (!engine_.is_sound()) return reset(sample);
     return {before == Status::kOk ? after : before, innovation, after == Status::kOk};
+  }
+
+  /// All that samples have made of it.
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(engine_, is_gap_, last_, first_time_, in_gaps_s_, now_.t, now_.watched, log_likelihood_,
+            rejected_in_a_row_, passage_);
+    rejected_in_a_row_ = std::clamp(rejected_in_a_row_, 0, gate_.patience);
   }
 
  private:

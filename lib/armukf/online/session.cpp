@@ -10,9 +10,12 @@
 #include <span>
 #include <variant>
 
+#include "armukf/core/archive.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
+#include "armukf/core/sealed.hpp"
 #include "armukf/model/plant.hpp"
+#include "armukf/online/description.hpp"
 #include "armukf/online/filters.hpp"
 #include "armukf/online/race.hpp"
 #include "armukf/online/runner.hpp"
@@ -50,6 +53,12 @@ template <class... F>
 std::vector<std::string_view> names_of(TypeList<F...> /*registry*/) {
   return {F::name...};
 }
+
+constexpr Seal kSeal{"armukf_s", 1};
+
+/// s; what is taken to lie between two clocks, at least: a gap by any measure.
+constexpr double kLeastPause = 10.0;
+constexpr double kPauseInIntervals = 100.0;
 
 double log_likelihood(const AnyRunner& runner) {
   return std::visit([](const auto& r) { return r.log_likelihood(); }, runner);
@@ -116,13 +125,20 @@ struct Session::State {
   void look_back();
   void keep(const Sample& sample);
   const AnyRunner& leader() const;
+  double session_time(double t) const;
+
+  template <class Archive>
+  void archive(Archive& archive);
 
   Model model;
   FreeCoordinates coordinates;
   EstimatorSettings settings;
   std::vector<AnyRunner> runners;
   std::size_t winner = 0;           // of the race, as a position in its starts
-  std::optional<double> last_time;  // of the last sample that was taken
+  std::optional<double> last_time;  // s, session's, of the last sample that was taken
+  double last_interval = 0.0;       // s
+  double clock_offset = 0.0;        // s, from the samples' clock to the session's, which goes on
+  bool new_clock = false;           // of the next sample
   double last_torque = 0.0;         // N.m
   std::vector<Sample> beginning;    // for a second look
   bool keeps_beginning = false;
@@ -200,9 +216,24 @@ Estimate Session::State::pass_over(const Sample& sample) const {
           .deviations = deviations};
 }
 
-/// The sample as filters can take it: no speed that no machine has, and the last torque where there
-/// is none.
+/// The time of the samples' clock by the session's.
+double Session::State::session_time(double t) const {
+  if (!new_clock || !last_time) return t + clock_offset;
+  return *last_time + std::max({kLeastPause, 2.0 * settings.gate.longest_gap_s,
+                                kPauseInIntervals * last_interval});
+}
+
+/// The sample as filters can take it: by the session's clock, no speed that no machine has, and the
+/// last torque where there is none.
 Sample Session::State::usable(Sample sample) {
+  const double t = session_time(sample.t);
+  if (new_clock) {
+    clock_offset = last_time ? t - sample.t : 0.0;
+    new_clock = false;
+  } else if (last_time) {
+    last_interval = t - *last_time;
+  }
+  sample.t = t;
   if (!(std::abs(sample.y) < kRunawaySpeed)) sample.y = kNaN;
   if (!std::isfinite(sample.u)) sample.u = last_torque;
   last_torque = sample.u;
@@ -222,7 +253,8 @@ void Session::State::keep(const Sample& sample) {
 }
 
 Estimate Session::State::step(const Sample& raw) {
-  if (!std::isfinite(raw.t) || (last_time && raw.t <= *last_time)) return pass_over(raw);
+  if (!std::isfinite(raw.t) || (last_time && session_time(raw.t) <= *last_time))
+    return pass_over(raw);
   const Sample sample = usable(raw);
   keep(sample);
   Estimate estimate{};
@@ -274,6 +306,28 @@ void Session::State::report(const AnyRunner& leader) {
       leader);
 }
 
+template <class Archive>
+void Session::State::archive(Archive& archive) {
+  std::uint64_t running = runners.size();
+  archive(running);
+  if constexpr (Archive::kLoads) {
+    if (running == 0 || running > runners.size())
+      throw InputError(fmt::format("has {} filters, where there are {}", running, runners.size()));
+    runners.resize(running, runners.front());
+  }
+  for (AnyRunner& runner : runners) std::visit([&](auto& r) { archive(r); }, runner);
+  std::uint64_t kept = beginning.size();
+  archive(kept, keeps_beginning);
+  if (kept > kMostBeginning) throw InputError("keeps a longer beginning than there may be");
+  beginning.resize(kept);
+  for (Sample& sample : beginning) archive(sample.t, sample.u, sample.y);
+  const std::size_t size = values.size();
+  archive(winner, last_time, last_interval, clock_offset, new_clock, last_torque, values,
+          deviations);
+  if (values.size() != size || deviations.size() != size)
+    throw InputError("has another number of states and unknowns");
+}
+
 Session::Session(const Model& model, const EstimatorSettings& settings)
     : state_(std::make_unique<State>(model, settings)) {}
 Session::~Session() = default;
@@ -281,6 +335,25 @@ Session::Session(Session&&) noexcept = default;
 Session& Session::operator=(Session&&) noexcept = default;
 
 Estimate Session::step(const Sample& sample) { return state_->step(sample); }
+
+void Session::expect_new_clock() { state_->new_clock = true; }
+
+std::string Session::save() const {
+  OutArchive archive;
+  std::string described = description(state_->model, state_->settings);
+  archive(described, *state_);
+  return sealed(kSeal, archive.bytes());
+}
+
+void Session::load(std::string_view bytes) {
+  InArchive archive(unsealed(kSeal, bytes));
+  std::string described;
+  archive(described);
+  check_same(described, description(state_->model, state_->settings));
+  auto loaded = std::make_unique<State>(state_->model, state_->settings);
+  archive(*loaded);
+  state_ = std::move(loaded);
+}
 
 bool Session::decided() const { return state_->runners.size() == 1; }
 

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -43,6 +44,26 @@ class Session {
   /// than the last one's, or no number, is passed over (kRejected); an infinite speed, or one that
   /// no machine has, is rejected; a torque that is no number is taken for the last one.
   Estimate step(const Sample& sample);
+
+  /// The clock was set: how much time lies between the last sample and the next is not known, and
+  /// the next one's time, whatever it is, goes on from there. A gap to the filter.
+  void expect_new_clock();
+
+  /// The whole belief as bytes: filters and their noise, race, clock. A session made of the same
+  /// model and settings goes on from there with the same numbers, to the last bit if it is the same
+  /// build on the same processor.
+  ///
+  /// Format: a seal (core/sealed.hpp: magic `armukf_s`, version, checksum, length); a text that
+  /// describes model and settings; how many filters still race (64 bits), and each of them: mean
+  /// and covariance (or its root), the last interval, parameters, model error, noise factors,
+  /// clocks, likelihood; then winner, last time and torque, values and deviations. See
+  /// core/archive.hpp for how numbers stand.
+  std::string save() const;
+
+  /// Takes such a belief for its own. InputError, saying why, where the bytes are damaged, cut
+  /// short, something else, of another version, or of another model, filter or setting; the session
+  /// is then as it was.
+  void load(std::string_view bytes);
 
   /// Whether the race of the starts is over, and which of them goes on then.
   bool decided() const;

@@ -17,6 +17,11 @@ class Tally {
   std::size_t count(Status status) const { return counts_[static_cast<std::size_t>(status)]; }
   const InnovationStatistics& innovations() const { return innovations_; }
 
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(samples_, counts_, innovations_);
+  }
+
  private:
   std::size_t samples_ = 0;
   std::array<std::size_t, 5> counts_{};  // by Status

@@ -103,6 +103,14 @@ nlohmann::ordered_json counts_json(const Tally& tally) {
           {"resets", tally.count(Status::kReset)}};
 }
 
+nlohmann::ordered_json input_json(const StreamCounts& input) {
+  return {{"faulty", input.faulty},
+          {"late", input.fates.late},
+          {"repeated", input.fates.repeated},
+          {"astray", input.fates.astray},
+          {"new_clocks", input.fates.new_clocks}};
+}
+
 nlohmann::ordered_json innovation_json(const InnovationStatistics& innovations) {
   return {{"fit_percent", innovations.fit_percent()},
           {"rmse", innovations.rmse()},
@@ -133,6 +141,7 @@ void write_row(CsvWriter& writer, const Estimate& e) {
 nlohmann::ordered_json estimate_json(const EstimateSummary& s) {
   const RecursiveEstimate& e = s.estimate;
   nlohmann::ordered_json json = counts_json(e.tally);
+  if (s.input) json["input"] = input_json(*s.input);
   json["filter"] = e.filter;
   json["innovation"] = innovation_json(e.tally.innovations());
   json["simulation"] = simulation_json(s.simulation);
@@ -169,6 +178,15 @@ std::string simulation_text(double percent, double mse, const std::optional<Erro
                      simulation_text(fit_percent(*free), mean_square_error(*free), {}));
 }
 
+std::string input_text(const StreamCounts& input) {
+  const auto& [late, repeated, astray, new_clocks] = input.fates;
+  if (input.faulty + late + repeated + astray + new_clocks == 0) return "";
+  return fmt::format(
+      "  rows left out: {} faulty, {} late, {} repeated, {} of times that fit nothing; the clock "
+      "began anew {} times\n",
+      input.faulty, late, repeated, astray, new_clocks);
+}
+
 std::string estimate_text(const EstimateSummary& s) {
   const RecursiveEstimate& e = s.estimate;
   const InnovationStatistics& innovations = e.tally.innovations();
@@ -178,6 +196,7 @@ std::string estimate_text(const EstimateSummary& s) {
       e.filter, e.tally.samples(), e.tally.count(Status::kMissing),
       e.tally.count(Status::kRejected), e.tally.count(Status::kGap), e.tally.count(Status::kReset),
       e.seconds, samples_per_second(e));
+  if (s.input) text += input_text(*s.input);
   text += parameters_text(e.model, e.sd);
   text += fmt::format(
       "  one step ahead: fit {:.2f} %, RMSE {:.4g} rad/s, mean NIS {:.3f}, Ljung-Box p {:.2g}\n",

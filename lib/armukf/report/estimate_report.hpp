@@ -13,6 +13,7 @@
 #include "armukf/online/recursion.hpp"
 #include "armukf/online/session.hpp"
 #include "armukf/online/tally.hpp"
+#include "armukf/online/track.hpp"
 
 namespace armukf {
 
@@ -20,6 +21,7 @@ namespace armukf {
 struct EstimateSummary {
   RecursiveEstimate estimate;
   ClosingSimulation simulation;  // of the final parameters, over the first samples of a long record
+  std::optional<StreamCounts> input = {};  // of a stream: what became of its rows besides
 };
 
 /// Of the augmented belief: states, then unknown parameters.
@@ -28,6 +30,10 @@ std::vector<std::string> augmented_names(const Model& model);
 /// Parts of JSON that reports on a filter's pass share.
 nlohmann::ordered_json counts_json(const Tally& tally);
 nlohmann::ordered_json innovation_json(const InnovationStatistics& innovations);
+nlohmann::ordered_json input_json(const StreamCounts& input);
+
+/// A line of what was left out; empty if nothing was.
+std::string input_text(const StreamCounts& input);
 
 /// How a simulation did; "cannot be simulated with these values" where it ran away. `free`, of a
 /// model with effects of the motor's angle, is the simulation that follows its own angle beside the

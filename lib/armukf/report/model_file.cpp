@@ -197,6 +197,11 @@ ModelFile parse_model_file(const std::string& text, const std::string& name) {
   return content;
 }
 
+ModelFile to_go_on_from(Model model, EstimatorSettings settings, ParameterBelief belief) {
+  settings.belief = std::move(belief);
+  return {std::move(model), std::move(settings)};
+}
+
 ModelFile read_model_file(const std::string& path) {
   ByteSource source(path);
   std::string text;

@@ -13,6 +13,9 @@ struct ModelFile {
   EstimatorSettings settings;
 };
 
+/// What a later estimate goes on from: the model with the values, and what is believed of them.
+ModelFile to_go_on_from(Model model, EstimatorSettings settings, ParameterBelief belief);
+
 /// The TOML file at `path` ("-" is standard input), over the built-in defaults: what it leaves out
 /// keeps its default. A parameter has `value`, `known`, `lower`, `upper`, `scale` and `spread`; the
 /// tables [filter], [propagation], [noise], [prior], [gate] and [race] mirror EstimatorSettings.
