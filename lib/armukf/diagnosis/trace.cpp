@@ -27,6 +27,7 @@ constexpr int kLong = 60;              // iterations to the end of a plain fit
 constexpr int kShort = 10;             // where only a block has gone
 constexpr double kNoHelp = 0.01;       // an effect worth less of every error goes again
 constexpr double kNearlyAsGood = 0.8;  // of the merit: the record cannot tell the two apart
+constexpr double kSameMinimum = 0.01;  // of the mean squared error
 constexpr double kHopelessFit = 20.0;  // percent
 constexpr double kMoreLeft = 1.5;      // times, of the validation's error over the estimation's
 
@@ -136,29 +137,79 @@ FittedModel judged(const FittedModel& fit, const TraceRecords& records) {
                                     : placed(fit.model, records.validation, records.propagation);
 }
 
+/// Parameters that the slow filter's fit has told, with their deviations. They are kept as they are
+/// while the fast one's, which makes good for what they do, tells the others.
+using Held = std::map<std::string, double>;
+
+/// A slow effect is found: what it has brought is held from now on.
+void hold(const Model& before, ForesightFit& slow, Held& held) {
+  const std::vector<int> were_unknown = before.unknowns();
+  for (std::size_t i = 0; i < slow.fitted.size(); ++i) {
+    if (std::ranges::find(were_unknown, slow.fitted[i]) != were_unknown.end()) continue;
+    Parameter& p = slow.model.parameters[slow.fitted[i]];
+    p.known = true;
+    held[p.name] = slow.sd[i];
+  }
+  slow.density = kForesightDensity;
+}
+
+/// All of them set free again, for a fit that tells them all.
+Explained fitted_together(const Explained& now, const Held& held, const TraceRecords& records,
+                          double density) {
+  Model model = now.fit.model;
+  for (Parameter& p : model.parameters)
+    if (held.contains(p.name)) p.known = false;
+  return explained(model, now.fit.x0, records, density);
+}
+
 FittedModel plain(const Explained& now, const TraceRecords& records) {
   return placed(now.fit.model, records.estimation, records.propagation);
 }
 
-/// With what is known of the unknowns.
-FittedModel with_deviations(FittedModel simulated, const ForesightFit& fit) {
-  for (std::size_t i = 0; i < fit.fitted.size(); ++i)
-    simulated.parameters.push_back(
-        {fit.fitted[i], fit.model.parameters[fit.fitted[i]].value, fit.sd[i], fit.sd[i], false});
+/// A further start of the plain fit: what foretells best may lie in a better minimum of the
+/// simulation as well.
+void add_start(const Explained& start, const TraceRecords& records, BaseFit& base) {
+  const FittedModel at = plain(start, records);
+  FittedModel other = fitted(at.model, at.x0, records.estimation, records.propagation, kLong);
+  ++base.starts;
+  if (does_as_well(other.mse, base.best.mse, kSameMinimum)) ++base.agreeing;
+  if (does_as_well(other.mse, base.best.mse, -kSameMinimum)) {
+    base.agreeing = 1;
+    base.best = std::move(other);
+  }
+}
+
+/// As a simulation, with what is known of the unknowns.
+FittedModel simulated_from(const Explained& now, const Held& held, const TraceRecords& records) {
+  FittedModel simulated = plain(now, records);
+  const std::vector<int>& fitted = now.fit.fitted;
+  for (std::size_t i = 0; i < simulated.model.parameters.size(); ++i) {
+    Parameter& p = simulated.model.parameters[i];
+    const auto at = std::ranges::find(fitted, static_cast<int>(i)) - fitted.begin();
+    const bool told = at < static_cast<std::ptrdiff_t>(fitted.size());
+    const auto kept = held.find(p.name);
+    if (!told && kept == held.end()) continue;
+    const double sd = told ? now.fit.sd[at] : kept->second;
+    p.known = false;
+    simulated.parameters.push_back({static_cast<int>(i), p.value, sd, sd, false});
+  }
   return simulated;
 }
 
-/// The completed model as a simulation: with the values that foretell best, or fitted once more as
-/// a plain simulation, whichever foretells better over the far horizon what it was not fitted to.
-FittedModel finished(const Explained& now, const TraceRecords& records) {
-  const FittedModel as_it_is = with_deviations(plain(now, records), now.fit);
-  const FittedModel refitted =
-      fitted(as_it_is.model, as_it_is.x0, records.estimation, records.propagation, kLong);
-  const Explained simulated = explained(refitted.model, now.fit.x0, records, kSimulated);
+/// The completed model as a simulation: with the values that the fast filter has told, with those
+/// of the slow one, or fitted once more as a plain simulation, whichever foretells best over the
+/// longest horizon what it was not fitted to.
+FittedModel finished(const Explained& now, const Held& held, const TraceRecords& records) {
+  const Explained slow = fitted_together(now, held, records, kSlowDensity);
+  const FittedModel start = simulated_from(slow, {}, records);
+  FittedModel refitted =
+      fitted(start.model, start.x0, records.estimation, records.propagation, kLong);
+  const Explained simulated = explained(refitted.model, slow.fit.x0, records, kSimulated);
   const auto far = [&](const Explained& e) {
     return (records.validation.empty() ? e.estimation : e.validation).all[kLast];
   };
-  return far(simulated) < far(now) ? refitted : as_it_is;
+  if (far(simulated) < std::min(far(slow), far(now))) return refitted;
+  return far(slow) < far(now) ? start : simulated_from(now, held, records);
 }
 
 /// angle: whether a model that it is compared with has effects of the motor's angle.
@@ -314,6 +365,8 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
   Diagnosis diagnosis;
   say("base fit", 0.0);
   diagnosis.base = base_fit(model, records.estimation, settings.propagation, settings.threads);
+  const Bases first = bases_of(model, diagnosis.base.best.model, records);
+  add_start(first.best, records, diagnosis.base);
   check_fit(diagnosis.base.best, estimation, "the model, fitted to it,");
   diagnosis.validated = !validation.empty();
   diagnosis.judges = validation.empty() ? blocks_of(records.estimation).pieces : records.validation;
@@ -321,10 +374,10 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
   check_fit(simulated.validation, validation.empty() ? estimation : validation,
             fmt::format("the model fitted to {}", estimation.front().name));
   diagnosis.base_validation = simulated.validation;
-  const Bases first = bases_of(model, diagnosis.base.best.model, records);
   std::vector<ForesightFit> bases = first.all;
   Explained now = first.best;
   const Model base = now.fit.model;
+  Held held;
   for (int round = 1; round <= settings.most_effects; ++round) {
     say(fmt::format("round {}", round), static_cast<double>(round) / (settings.most_effects + 2));
     const Suggested suggested =
@@ -336,11 +389,11 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
       return contest(with, on, trials, looks, records, settings.acceptance);
     };
     Contest found = compete(now, bases, names);
-    Explained slow = now;
     const Refit* chosen = best_found(found.refits);
-    if (now.fit.density > kSlowDensity && (chosen == nullptr || chosen->shows_at > kMiddle)) {
-      slow = explained(now.fit.model, now.fit.x0, records, kSlowDensity);
-      add(compete(slow, {slow.fit}, names), found);
+    Explained slow = now;
+    if (chosen == nullptr || chosen->shows_at > kMiddle) {
+      slow = fitted_together(now, held, records, kSlowDensity);
+      add(compete(slow, {slow.fit}, trials_for(slow.fit.model, suggested)), found);
       chosen = best_found(found.refits);
     }
     if (chosen == nullptr) {  // no name fits
@@ -352,7 +405,9 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
     }
     note(found, chosen, round, diagnosis.candidates);
     if (chosen == nullptr) break;
-    now = best_explained(chosen->explained.fit, first.all, records);
+    ForesightFit fit = chosen->explained.fit;
+    if (fit.density == kSlowDensity) hold(now.fit.model, fit, held);
+    now = best_explained(fit, first.all, records);
     bases = {now.fit};
     const double before = simulated.validation.mse;
     simulated.estimation = plain(now, records);
@@ -365,7 +420,7 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
   say("removal", 0.9);
   remove_idle(base, first.all, diagnosis, now, records);
   if (!diagnosis.effects.empty()) {
-    simulated.estimation = finished(now, records);
+    simulated.estimation = finished(now, held, records);
     simulated.validation = judged(simulated.estimation, records);
   }
   say("what is left", 0.95);

@@ -278,7 +278,8 @@ class Engine {
   bool learns() const { return coloured_; }
 
   /// What the deviation of the k-th free coordinate has to be multiplied by where stretches of the
-  /// samples contradict each other more than the belief expects; 1 or more.
+  /// samples contradict each other more than the belief expects; 1 or more, and 1 where the model's
+  /// error has a gain of 0, which says that the noise is known.
   double widening(int k) const { return widening_[k]; }
 
   /// Part of the innovations' mean square that is beyond what the noise explains, 0 to 1, of the
@@ -414,6 +415,7 @@ class Engine {
   void look_at_scores(double watched) {
     constexpr double kSettled = 1.0;   // s, in which the start values are left
     constexpr double kStretch = 0.25;  // s, longer than the memory of the arm's residual
+    if (settings_->noise.model_error.gain == 0.0) return;  // the noise is known as it is given
     if (watched < kSettled || watched - scored_at_ < kStretch) return;
     scored_at_ = watched;
     const int first = states();

@@ -79,7 +79,7 @@ nlohmann::ordered_json noise_json(const LearntNoise& noise) {
 nlohmann::ordered_json covariance_json(const ParameterBelief& belief) {
   auto rows = nlohmann::ordered_json::array();
   for (int i = 0; i < belief.covariance.size(); ++i) {
-    std::vector<double> row;
+    auto row = nlohmann::ordered_json::array();
     for (int j = 0; j < belief.covariance.size(); ++j) row.push_back(belief.covariance(i, j));
     rows.push_back(row);
   }

@@ -66,6 +66,7 @@ std::string text_of(const ParameterBelief& belief) {
   for (std::size_t i = 0; i < belief.names.size(); ++i) {
     names.push_back(in_quotes(belief.names[i]));
     std::vector<std::string> row;
+    row.reserve(belief.names.size());
     for (int j = 0; j < belief.covariance.size(); ++j)
       row.push_back(text_of(belief.covariance(static_cast<int>(i), j)));
     rows.push_back("  [" + joined(row) + "]");
