@@ -51,8 +51,8 @@ void compare(CompareOptions& o) {
   const Model truth = o.truth.empty() ? Model{} : read_model_file(o.truth).model;
   write_report(o.report, start_text + compare_text(found, o.truth.empty() ? nullptr : &truth),
                compare_json(found));
-  start.settings.belief.reset();  // another estimate believed it, of other values
-  if (!o.save.empty()) write_model_file(o.save, {found.batch.identification.model, start.settings});
+  if (!o.save.empty())
+    write_model_file(o.save, to_begin_with(found.batch.identification.model, start.settings));
 }
 
 }  // namespace

@@ -89,7 +89,8 @@ void diagnose(DiagnoseOptions& o) {
   if (!o.rows.empty())
     write_rows(o.rows, summary.diagnosis.judges, summary.diagnosis, o.settings.propagation);
   if (!o.save.empty())
-    write_model_file(o.save, {with_fitted_spreads(summary.diagnosis.after), start.settings});
+    write_model_file(o.save,
+                     to_begin_with(with_fitted_spreads(summary.diagnosis.after), start.settings));
 }
 
 }  // namespace
@@ -98,15 +99,13 @@ void add_diagnose(CLI::App& program) {
   CLI::App& command = *program.add_subcommand(
       "diagnose", "Find what the model lacks, name it, add it, and report before and after");
   command.footer(
-      "FILE is fitted, validation records only judge; in any case blocks of FILE do, an eighth "
-      "each,\n"
-      "that are left out of the fit in turn.\n"
+      "FILE is fitted, validation records only judge; in any case blocks of FILE do, an eighth\n"
+      "each, that are left out of the fit in turn.\n"
       "Every effect is fitted to the predictions one sample ahead, and accepted where its size is\n"
-      "far from none and where predictions of 200, 2000 or 8000 samples from past measurements "
-      "alone\n"
-      "get better, in every judge and on most parts of it. p-values count all that was looked at: "
-      "every\n"
-      "candidate, and every line of the spectra that harmonics and frequencies come from.\n"
+      "far from none and where predictions of 200, 2000 or 8000 samples from past measurements\n"
+      "alone get better, in every judge and on most parts of it. p-values count all that was\n"
+      "looked at: every candidate, and every line of the spectra that harmonics and frequencies\n"
+      "come from.\n"
       "Before and after also tell the free simulation where an effect follows the motor's angle.");
   const auto o = std::make_shared<DiagnoseOptions>();
   command.add_option("FILE", o->input, "the record to fit, as CSV; - is standard input")

@@ -43,8 +43,8 @@ void fit(FitOptions& o) {
   const std::string found = find_start(o.start, o.model, records.front(), o.columns, start);
   const FitSummary summary = fit_summary(start.model, records, o.settings);
   write_report(o.report, found + fit_text(summary), fit_json(summary));
-  start.settings.belief.reset();  // another estimate believed it, of other values
-  if (!o.save.empty()) write_model_file(o.save, {summary.identification.model, start.settings});
+  if (!o.save.empty())
+    write_model_file(o.save, to_begin_with(summary.identification.model, start.settings));
 }
 
 }  // namespace

@@ -202,6 +202,11 @@ ModelFile to_go_on_from(Model model, EstimatorSettings settings, ParameterBelief
   return {std::move(model), std::move(settings)};
 }
 
+ModelFile to_begin_with(Model model, EstimatorSettings settings) {
+  settings.belief.reset();
+  return {std::move(model), std::move(settings)};
+}
+
 ModelFile read_model_file(const std::string& path) {
   ByteSource source(path);
   std::string text;

@@ -16,6 +16,10 @@ struct ModelFile {
 /// What a later estimate goes on from: the model with the values, and what is believed of them.
 ModelFile to_go_on_from(Model model, EstimatorSettings settings, ParameterBelief belief);
 
+/// The same where nothing is believed but the model's own spreads: what an earlier estimate
+/// believed was of other values.
+ModelFile to_begin_with(Model model, EstimatorSettings settings);
+
 /// The TOML file at `path` ("-" is standard input), over the built-in defaults: what it leaves out
 /// keeps its default. A parameter has `value`, `known`, `lower`, `upper`, `scale` and `spread`; the
 /// tables [filter], [propagation], [noise], [prior], [gate] and [race] mirror EstimatorSettings.
