@@ -14,14 +14,6 @@ namespace {
 
 using nlohmann::json;
 
-std::vector<std::string> lines_of(const std::string& text) {
-  std::istringstream stream(text);
-  std::vector<std::string> lines;
-  for (std::string line; std::getline(stream, line);)
-    if (!line.starts_with('#')) lines.push_back(line);
-  return lines;
-}
-
 /// Three arms in one stream, and each alone.
 class Arms : public Program {
  protected:
@@ -47,12 +39,6 @@ class Arms : public Program {
     for (const std::string& line : lines_of(output))
       result[line.substr(0, line.find(','))].push_back(line.substr(line.find(',') + 1));
     return result;
-  }
-
-  int shell(const std::string& command) const {
-    put("command", command);
-    return WEXITSTATUS(std::system(
-        fmt::format("cd '{}' && A='{}' bash ./command", folder_.string(), ARMUKF_PROGRAM).c_str()));
   }
 
   std::vector<std::string> names_{"left arm", "b", "right"};

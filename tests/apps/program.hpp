@@ -10,6 +10,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <vector>
 
 namespace armukf {
 
@@ -37,6 +38,22 @@ class Program : public testing::Test {
                                 before, ARMUKF_PROGRAM, arguments, output)
                         .c_str());
     return {WEXITSTATUS(status), output == "out" ? text("out") : "", text("err")};
+  }
+
+  /// A command of bash in the test's folder, the program being $A; its exit status.
+  int shell(const std::string& command) const {
+    put("command", command);
+    return WEXITSTATUS(std::system(
+        fmt::format("cd '{}' && A='{}' bash ./command", folder_.string(), ARMUKF_PROGRAM).c_str()));
+  }
+
+  /// Lines that are no comments.
+  static std::vector<std::string> lines_of(const std::string& text) {
+    std::istringstream stream(text);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(stream, line);)
+      if (!line.starts_with('#')) lines.push_back(line);
+    return lines;
   }
 
   std::string text(const std::string& file) const {
