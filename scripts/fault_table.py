@@ -13,24 +13,21 @@ are of that run as well.
 
 import argparse
 import csv
-import json
 import math
 import random
 import subprocess
 import sys
 import tempfile
+import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-PROGRAM = ROOT / "build/release/bin/armukf"
+from sweeps import PROGRAM, ROOT, TRUTH, Failed, Trouble, armukf, simulate
+
 FILTERS = "ukf,srukf,ckf,ekf,iekf,adaptive"
 SAMPLES = 80000
 RATE = 2000  # 1/s
 MOST_SD, MOST_PERCENT, MOST_POINTS = 2.0, 3.0, 1.0
-UNKNOWNS = ("a_m", "a_g", "k_g1", "k_g3", "d_g", "k_a", "d_a")
-# Prior spreads of the seven, as the model's defaults are; J and friction are known.
-DEFAULT_SPREAD = 0.5
 
 
 class Record:
@@ -119,17 +116,16 @@ def record_faults(count):
 
 
 def spread_model(factor):
-    return "[parameters]\n" + "".join(f"{name}.spread = {factor * DEFAULT_SPREAD}\n" for name in UNKNOWNS)
+    """The default model with wider priors of what is unknown."""
+    usual = tomllib.loads((ROOT / "data/arm.toml").read_text())["parameters"]
+    return "[parameters]\n" + "".join(f"{name}.spread = {factor * usual[name]['spread']}\n" for name in TRUTH)
 
 
-def start_words(program, factor):
-    """Options that put the start values off, each by the factor or its inverse."""
-    start = json.loads(subprocess.run([program, "simulate", "-o", "/dev/null", "--samples", "200",
-                                       "--experiment", "validation3", "--quiet", "--json", "-"],
-                                      capture_output=True, text=True, check=True).stdout)["parameters"]
+def start_words(factor):
+    """Options that put the start values off the truth, each by the factor or its inverse."""
     words = []
     for i, name in enumerate(("k_g1", "d_g", "k_a", "d_a")):
-        words += ["--set", f"{name}={start[name]['value'] * (factor if i % 2 else 1 / factor)!r}"]
+        words += ["--set", f"{name}={TRUTH[name] * (factor if i % 2 else 1 / factor)!r}"]
     return words
 
 
@@ -139,30 +135,25 @@ class Suite:
         self.folder = folder
         self.clean = folder / "clean.csv"
 
-    def armukf(self, *words):
-        done = subprocess.run([self.options.program, *words], capture_output=True, text=True)
-        return json.loads(done.stdout) if done.returncode == 0 else None
-
     def run(self, record, kind, words=()):
-        """What an estimate ends with, and the fit of its parameters on the clean record."""
+        """What an estimate ends with, and the fit of its parameters on the clean record; None if it fails."""
         saved = self.folder / f"{record.stem}_{kind}_{abs(hash(tuple(words)))}.toml"
-        result = self.armukf("estimate", str(record), "--filter", kind, "--on-error", "skip",
-                             "--json", "-", "--save", str(saved), *words)
-        if result is None:
+        try:
+            result = armukf(self.options.program, "estimate", record, "--filter", kind, "--on-error", "skip",
+                            "--save", saved, *words)
+            fit = armukf(self.options.program, "evaluate", self.clean, "--model", saved, "--initial-from", 0.1)
+        except (Failed, Trouble):
             return None
-        fit = self.armukf("evaluate", str(self.clean), "--model", str(saved), "--initial-from", "0.1",
-                          "--json", "-")
-        result["clean_fit"] = fit["experiments"][0]["fit_percent"] if fit else None
-        return result
+        return result | {"clean_fit": fit["experiments"][0]["fit_percent"]}
 
 
 def loss(clean, spoilt):
     """(worst parameter in sd, in percent, points of fit) where all is finite and physical."""
-    if spoilt is None or spoilt["clean_fit"] is None:
+    if spoilt is None:
         return None
     sd = percent = 0.0
     misses = False
-    for name in UNKNOWNS:
+    for name in TRUTH:
         a, b = clean["parameters"][name], spoilt["parameters"][name]
         if b["value"] is None or b["sd"] is None or not b["value"] >= 0.0:
             return None
@@ -220,8 +211,7 @@ def main():
         suite = Suite(options, Path(name))
         source = Path(options.record or suite.folder / "simulated.csv")
         if not options.record:
-            subprocess.run([options.program, "simulate", "-o", str(source), "--samples", str(options.samples),
-                            "--sensor-noise", "0.1", "--torque-disturbance", "0.2", "--quiet"], check=True)
+            simulate(options.program, source, seed=1, noise=0.1, disturbance=0.2, samples=options.samples)
         record = read(source)
         record.write(suite.clean)
         jobs = {}
@@ -233,7 +223,7 @@ def main():
             model = suite.folder / f"prior{factor}.toml"
             model.write_text(spread_model(factor))
             jobs[f"prior x {factor}"] = (suite.clean, ("--model", str(model)))
-        jobs["start values off by x 2"] = (suite.clean, tuple(start_words(options.program, 2)))
+        jobs["start values off by x 2"] = (suite.clean, tuple(start_words(2)))
         with ThreadPoolExecutor(options.threads) as pool:
             clean = dict(zip(filters, pool.map(lambda f: suite.run(suite.clean, f), filters)))
             keys = [(fault, f) for fault in jobs for f in filters]

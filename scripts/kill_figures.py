@@ -15,8 +15,8 @@ import tempfile
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-PROGRAM = ROOT / "build/release/bin/armukf"
+from sweeps import PROGRAM, simulate
+
 ROWS = 24000
 EVERY_S = "0.002"
 MOST_KILLS = 4  # of one estimate
@@ -86,8 +86,7 @@ def main():
     kills = wrong = resumed = 0
     with tempfile.TemporaryDirectory() as folder:
         record = Path(folder) / "record.csv"
-        subprocess.run([options.program, "simulate", "-o", str(record), "--samples", str(ROWS),
-                        "--sensor-noise", "0.1", "--quiet"], check=True)
+        simulate(options.program, record, seed=1, noise=0.1, samples=ROWS)
         whole, seconds = undisturbed(options, record, Path(folder))
         while kills < options.times:
             with tempfile.TemporaryDirectory(dir=folder) as own:

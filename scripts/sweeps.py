@@ -47,10 +47,11 @@ def armukf(program, *words):
     return json.loads(done.stdout)
 
 
-def simulate(program, path, seed, noise, disturbance=0.0, values=None):
-    """A record of the published arm, or of one with these values."""
+def simulate(program, path, seed, noise, disturbance=0.0, values=None, samples=None):
+    """A record of the published arm, or of one with these values; of the published length if none is given."""
     command = [str(program), "simulate", "-o", str(path), "--seed", str(seed), "--sensor-noise",
                str(noise), "--torque-disturbance", str(disturbance), "--quiet"]
+    command += ["--samples", str(samples)] if samples else []
     command += [word for name, value in (values or {}).items() for word in ("--set", f"{name}={value!r}")]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
