@@ -131,10 +131,7 @@ class Arm {
   void write_due() {
     while (const auto e = track_.next()) {
       rows_.cell(name_);
-      for (const double value :
-           {e->sample.t, e->sample.y, e->predicted, e->innovation, e->innovation_sd, e->nis})
-        rows_.cell(value);
-      rows_.cell(name_of(e->status));
+      write_outcome(rows_, *e);
       write(e->values);
       write(e->deviations);
       rows_.end_row();
@@ -275,10 +272,8 @@ class Arms {
   }
 
   void write_head() {
-    std::vector<std::string> names{job_.arms.key,   "t",   "y",     "y_pred", "innovation",
-                                   "innovation_sd", "nis", "status"};
-    names.insert(names.end(), columns_.begin(), columns_.end());
-    for (const std::string& column : columns_) names.push_back(column + "_sd");
+    std::vector<std::string> names = row_names(columns_);
+    names.insert(names.begin(), job_.arms.key);
     output_->row(names);
   }
 
@@ -388,11 +383,8 @@ class Arms {
 
   static std::string line_of(const Arm& arm) {
     const Tally& tally = arm.track().tally();
-    return fmt::format(
-        "{}: {} samples ({} missing, {} rejected, {} gaps, {} resets), one step ahead fit {:.2f} "
-        "%",
-        arm.name(), tally.samples(), tally.count(Status::kMissing), tally.count(Status::kRejected),
-        tally.count(Status::kGap), tally.count(Status::kReset), tally.innovations().fit_percent());
+    return fmt::format("{}: {}, one step ahead fit {:.2f} %", arm.name(), counts_text(tally),
+                       tally.innovations().fit_percent());
   }
 
   std::string text(double seconds) const {

@@ -110,7 +110,7 @@ class Stream {
 
   void take_rows() {
     while (const auto sample = rows_.next()) {
-      for (int i = rows_.take_faulty(); i > 0; --i) track_.count_faulty_row();
+      track_.count_faulty_rows(rows_.take_faulty());
       rows_.tell(track_.put(*sample));
       write_due();
       const bool idle = rows_.reader().would_wait();
@@ -123,7 +123,7 @@ class Stream {
 
   /// What waits is given out, unless it can be given out after the checkpoint.
   void finish() {
-    for (int i = rows_.take_faulty(); i > 0; --i) track_.count_faulty_row();
+    track_.count_faulty_rows(rows_.take_faulty());
     if (!is_stopped() || !checkpoints_.wanted()) {
       track_.end();
       write_due();

@@ -13,14 +13,10 @@ struct StreamOptions {
   std::string on_error;    // stop, skip, missing; empty: stop for a file, skip for what is live
   double reorder_s = 0.0;  // s
   bool follow = false;
-  std::string checkpoint;  // file, or folder where there are many arms; empty: none
+  std::string checkpoint;  // file; empty: none
   double every_s = 10.0;   // s
   std::string resume;
   bool new_clock = false;
-
-  bool any() const {
-    return !on_error.empty() || reorder_s > 0.0 || follow || !checkpoint.empty() || !resume.empty();
-  }
 };
 
 void add_stream_options(CLI::App& command, StreamOptions& options);

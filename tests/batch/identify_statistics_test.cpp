@@ -7,6 +7,7 @@
 #include "armukf/batch/experiment.hpp"
 #include "armukf/batch/identify.hpp"
 #include "armukf/diagnosis/base_fit.hpp"
+#include "batch/sensor_noise.hpp"
 
 namespace armukf {
 namespace {
@@ -15,18 +16,6 @@ constexpr double kNoise = 0.05;  // rad/s
 
 Record noiseless(std::uint64_t seed) {
   return simulate_experiment(published_estimate(), {.seed = seed}).record;
-}
-
-/// Adds first-order noise of the given pole to the measured speed.
-Record with_noise(Record record, double pole, std::uint64_t seed) {
-  std::mt19937_64 generator(seed);
-  std::normal_distribution<double> normal;
-  double e = kNoise * normal(generator);
-  for (Sample& sample : record.samples) {
-    sample.y += e;
-    e = pole * e + kNoise * std::sqrt(1.0 - pole * pole) * normal(generator);
-  }
-  return record;
 }
 
 Identification identified(const Record& record) {
@@ -48,7 +37,7 @@ TEST(IdentifyStatistics, EverySeedReachesTheTruth) {
   constexpr int kSeeds = 20;
   double within = 0.0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
-    const Identification found = identified(with_noise(noiseless(seed), 0.0, 100 + seed));
+    const Identification found = identified(with_noise(noiseless(seed), kNoise, 0.0, 100 + seed));
     // The mean of 19838 squares scatters by 1 %: five of them.
     EXPECT_NEAR(found.mse / (kNoise * kNoise), 1.0, 0.05) << seed;
     within += share_within(3.0, found) / kSeeds;
@@ -61,7 +50,8 @@ TEST(IdentifyStatistics, ColouredDeviationsCoverTheTruth) {
   constexpr double kNinety = 1.645;
   double within = 0.0;
   for (int seed = 1; seed <= kSeeds; ++seed)
-    within += share_within(kNinety, identified(with_noise(noiseless(seed), 0.9, seed))) / kSeeds;
+    within +=
+        share_within(kNinety, identified(with_noise(noiseless(seed), kNoise, 0.9, seed))) / kSeeds;
   EXPECT_GE(within, 0.82);
   EXPECT_LE(within, 0.97);
 }
@@ -82,7 +72,7 @@ double robust_coverage(double pole, double spikes, int seeds) {
   settings.robust = true;
   double within = 0.0;
   for (int seed = 1; seed <= seeds; ++seed) {
-    Record record = with_noise(clean, pole, seed);
+    Record record = with_noise(clean, kNoise, pole, seed);
     std::mt19937_64 generator(1000 + seed);
     std::uniform_real_distribution<double> uniform;
     for (Sample& sample : record.samples) {

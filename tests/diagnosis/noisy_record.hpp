@@ -1,10 +1,9 @@
 #pragma once
 
-#include <cmath>
-#include <numbers>
-#include <random>
+#include <utility>
 
 #include "armukf/batch/experiment.hpp"
+#include "batch/sensor_noise.hpp"
 
 /// Records as a machine gives them.
 namespace armukf {
@@ -17,14 +16,7 @@ inline Record noisy_record(const Model& truth, int samples, double torque_noise,
   Record record = simulate_experiment(
                       truth, {.seed = seed, .samples = samples, .torque_disturbance = torque_noise})
                       .record;
-  std::mt19937_64 generator(seed);
-  std::normal_distribution<double> normal;
-  double e = kNoise * normal(generator);
-  for (Sample& sample : record.samples) {
-    sample.y += e;
-    e = sensor_pole * e + kNoise * std::sqrt(1.0 - sensor_pole * sensor_pole) * normal(generator);
-  }
-  return record;
+  return with_noise(std::move(record), kNoise, sensor_pole, seed);
 }
 
 }  // namespace armukf

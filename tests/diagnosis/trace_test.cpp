@@ -46,7 +46,7 @@ TEST(Trace, FindsNothingWhereNothingIsMissing) {
   const Diagnosis diagnosis = diagnosis_of(published_estimate());
   EXPECT_EQ(diagnosis.verdict, Verdict::kSufficient);
   EXPECT_TRUE(diagnosis.effects.empty());
-  EXPECT_GE(diagnosis.base.agreeing, 2);
+  EXPECT_GE(diagnosis.base.agreeing(), 2);
   EXPECT_FALSE(diagnosis.after_estimation.free);
 }
 

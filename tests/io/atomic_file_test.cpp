@@ -14,32 +14,14 @@
 
 #include "armukf/core/error.hpp"
 #include "armukf/io/csv_writer.hpp"
+#include "io/folder.hpp"
 
 namespace armukf {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder of its own for each test, removed afterwards.
-class AtomicFileTest : public testing::Test {
- protected:
-  AtomicFileTest() { fs::create_directory(folder_); }
-  ~AtomicFileTest() override { fs::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  auto files() const { return std::distance(fs::directory_iterator(folder_), {}); }
-
-  static std::string content(const std::string& path) {
-    std::ifstream file(path);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
-  static void put(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
-
- private:
-  fs::path folder_ = fs::path(testing::TempDir()) /
-                     ("armukf_atomic_" + std::to_string(::getpid()) +
-                      testing::UnitTest::GetInstance()->current_test_info()->name());
-};
+using AtomicFileTest = Folder;
 
 TEST_F(AtomicFileTest, TargetIsUntouchedBeforeCommit) {
   put(path("a.json"), "old");

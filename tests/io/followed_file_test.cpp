@@ -11,6 +11,7 @@
 
 #include "armukf/core/error.hpp"
 #include "armukf/io/csv_reader.hpp"
+#include "io/folder.hpp"
 
 namespace armukf {
 namespace {
@@ -22,13 +23,9 @@ const std::string kLongLine(3'000'000, 'x');  // bytes; no record has such a lin
 volatile std::sig_atomic_t stop_requested = 0;
 
 /// A file that grows while it is read.
-class FollowedFile : public testing::Test {
+class FollowedFile : public Folder {
  protected:
-  FollowedFile() {
-    fs::create_directory(folder_);
-    stop_requested = 0;
-  }
-  ~FollowedFile() override { fs::remove_all(folder_); }
+  FollowedFile() { stop_requested = 0; }
 
   void append(const std::string& text) const {
     std::ofstream(path_, std::ios::app | std::ios::binary) << text;
@@ -37,9 +34,7 @@ class FollowedFile : public testing::Test {
     return CsvReader(ByteSource(path_, &stop_requested, FileEnd::kFollowed), {}, order);
   }
 
-  fs::path folder_ =
-      fs::path(testing::TempDir()) / ("armukf_followed_" + std::to_string(::getpid()));
-  std::string path_ = (folder_ / "live.csv").string();
+  const std::string path_ = path("live.csv");
 };
 
 TEST_F(FollowedFile, IsLiveAndGivesWhatIsAppended) {

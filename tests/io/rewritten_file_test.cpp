@@ -9,49 +9,40 @@
 #include <iterator>
 #include <string>
 
+#include "io/folder.hpp"
+
 namespace armukf {
 namespace {
 
 namespace fs = std::filesystem;
 
-class RewrittenFileTest : public testing::Test {
+class RewrittenFileTest : public Folder {
  protected:
-  RewrittenFileTest() { fs::create_directory(folder_); }
-  ~RewrittenFileTest() override { fs::remove_all(folder_); }
-
-  std::string path() const { return (folder_ / "belief").string(); }
-  std::string content() const {
-    std::ifstream file(path());
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
-  auto files() const { return std::distance(fs::directory_iterator(folder_), {}); }
-
-  fs::path folder_ =
-      fs::path(testing::TempDir()) / ("armukf_rewritten_" + std::to_string(::getpid()));
+  const std::string path_ = path("belief");
 };
 
 TEST_F(RewrittenFileTest, HoldsWhatWasPutLast) {
-  RewrittenFile file(path());
+  RewrittenFile file(path_);
   for (int i = 0; i < 50; ++i) file.put(std::string(1000, static_cast<char>('a' + i % 26)));
   file.finish();
   EXPECT_FALSE(file.busy());
-  EXPECT_EQ(content(), std::string(1000, 'a' + 49 % 26));
+  EXPECT_EQ(content(path_), std::string(1000, 'a' + 49 % 26));
   EXPECT_EQ(file.take_failure(), "");
   EXPECT_EQ(files(), 1);
 }
 
 TEST_F(RewrittenFileTest, WritesWhatStillWaitsBeforeItGoes) {
-  { RewrittenFile(path()).put("last"); }
-  EXPECT_EQ(content(), "last");
+  { RewrittenFile(path_).put("last"); }
+  EXPECT_EQ(content(path_), "last");
 }
 
 TEST_F(RewrittenFileTest, FailureIsToldAndTheNextOneMayDoBetter) {
-  RewrittenFile file((folder_ / "not_yet" / "belief").string());
+  RewrittenFile file(path("not_yet/belief"));
   file.put("one");
   file.finish();
   EXPECT_NE(file.take_failure().find("cannot open for writing"), std::string::npos);
   EXPECT_EQ(file.take_failure(), "");
-  fs::create_directory(folder_ / "not_yet");
+  fs::create_directory(path("not_yet"));
   file.put("two");
   file.finish();
   EXPECT_EQ(file.take_failure(), "");
@@ -61,11 +52,11 @@ TEST_F(RewrittenFileTest, RemovesWhatAKilledWriterLeftAndNothingElse) {
   const pid_t child = ::fork();
   if (child == 0) ::_exit(0);
   ::waitpid(child, nullptr, 0);
-  const std::string stale = path() + "." + std::to_string(child) + ".0.tmp";
-  const std::string living = path() + "." + std::to_string(::getpid()) + ".0.tmp";
-  for (const std::string& name : {stale, living, path() + ".tmp", path() + ".1.2.tmp.txt"})
+  const std::string stale = path_ + "." + std::to_string(child) + ".0.tmp";
+  const std::string living = path_ + "." + std::to_string(::getpid()) + ".0.tmp";
+  for (const std::string& name : {stale, living, path_ + ".tmp", path_ + ".1.2.tmp.txt"})
     std::ofstream(name) << "half";
-  const RewrittenFile file(path());
+  const RewrittenFile file(path_);
   EXPECT_FALSE(fs::exists(stale));
   EXPECT_EQ(files(), 3);
 }

@@ -20,6 +20,11 @@ struct Gains {
 
   bool empty() const { return states == 0; }
   double operator()(std::size_t k, int state) const { return rows[k * states + state]; }
+
+  /// What an error at sample k is multiplied by: 1 without gains, 0 where it does not count.
+  double weight(std::size_t k) const {
+    return innovation_sd.empty() ? 1.0 : 1.0 / innovation_sd[k];
+  }
 };
 
 /// The gains of the extended Kalman filter of predict_ahead, for white torque noise of that density

@@ -15,11 +15,9 @@ constexpr double kCovered = 0.99;  // of the samples; the rest are the records' 
 /// Magnitudes of each effect's quantity, effects that are no learnt law with range none.
 using Magnitudes = std::vector<std::vector<double>>;
 
-void add_magnitudes(const Model& model, const Sample& sample, std::vector<double> x,
-                    Magnitudes& all) {
+void add_magnitudes(const Model& model, const Coefficients<double>& arm, const Sample& sample,
+                    std::vector<double> x, Magnitudes& all) {
   if (!std::isnan(sample.y)) x[kSpeedMotor] = sample.y;
-  const std::vector<double> p = model.values();
-  const Coefficients<double> arm(p.data());
   const Motion<double> motion{sample.t, sample.u, x.data(), arm};
   for (std::size_t i = 0; i < model.effects.size(); ++i) {
     const EffectSlot& slot = model.effects[i];
@@ -54,12 +52,14 @@ double quantile(std::vector<double> values, double share) {
 
 void cover_ranges(Model& model, const std::vector<Record>& records,
                   const Propagation& propagation) {
+  const std::vector<double> p = model.values();
+  const Coefficients<double> arm(p.data());
   Magnitudes magnitudes(model.effects.size());
   for (const Record& piece : split_at_gaps(records, kLongestGapS)) {
     const std::vector<double> x0 = initial_guess(model, published_choice(model), piece.samples);
     const auto states = simulate_states(model, x0, piece.samples, propagation);
     for (std::size_t k = 0; k < states.size(); ++k)
-      add_magnitudes(model, piece.samples[k], states[k], magnitudes);
+      add_magnitudes(model, arm, piece.samples[k], states[k], magnitudes);
   }
   for (std::size_t i = 0; i < model.effects.size(); ++i) {
     if (magnitudes[i].empty()) continue;

@@ -63,6 +63,7 @@ OutputError::OutputError(const Model& model, const std::vector<Record>& records,
       propagation_(propagation),
       gains_(std::move(gains)),
       unknowns_(model.unknowns()) {
+  gains_.resize(records.size());
   for (const Record& record : records) {
     rows_ += static_cast<int>(record.samples.size());
     measured_ += static_cast<int>(
@@ -128,8 +129,7 @@ OutputError::Evaluation OutputError::evaluate(const double* v) const {
 bool OutputError::evaluate(const Model& model, const double* v, int record, Eigen::Index first,
                            Evaluation& all) const {
   const std::vector<Sample>& samples = records_[record].samples;
-  const Gains none;
-  const Gains& gains = gains_.empty() ? none : gains_[record];
+  const Gains& gains = gains_[record];
   Sensitivities found = sensitivities(model, initial_states_at(v, record), samples, propagation_,
                                       {unknowns_, initial_.free}, gains);
   if (samples.empty()) return true;
@@ -139,11 +139,8 @@ bool OutputError::evaluate(const Model& model, const double* v, int record, Eige
   const auto n = static_cast<Eigen::Index>(samples.size());
   for (Eigen::Index k = 0; k < n; ++k) {
     const bool missing = std::isnan(samples[k].y);
-    all.r[first + k] = missing ? 0.0 : found.y[k] - samples[k].y;
-    if (missing) found.gradient.row(k).setZero();
-    if (gains.empty()) continue;
-    all.r[first + k] /= gains.innovation_sd[k];
-    found.gradient.row(k) /= gains.innovation_sd[k];
+    all.r[first + k] = missing ? 0.0 : gains.weight(k) * (found.y[k] - samples[k].y);
+    found.gradient.row(k) *= missing ? 0.0 : gains.weight(k);
   }
   if (records_.size() == 1) {
     all.J = std::move(found.gradient);
@@ -162,12 +159,10 @@ Eigen::VectorXd OutputError::residuals(const double* v) const {
   Eigen::Index row = 0;
   for (std::size_t e = 0; e < records_.size(); ++e) {
     const std::vector<Sample>& samples = records_[e].samples;
-    const Gains none;
-    const Gains& gains = gains_.empty() ? none : gains_[e];
     const std::vector<double> y = simulate(model, initial_states_at(v, static_cast<int>(e)),
-                                           samples, propagation_, Angles::kMeasured, gains);
+                                           samples, propagation_, Angles::kMeasured, gains_[e]);
     for (std::size_t k = 0; k < samples.size(); ++k, ++row) {
-      const double weight = gains.empty() ? 1.0 : 1.0 / gains.innovation_sd[k];
+      const double weight = gains_[e].weight(k);
       if (std::isnan(samples[k].y) || weight == 0.0) {
         all[row] = 0.0;
       } else if (!std::isnan(y[k])) {

@@ -22,10 +22,8 @@ AheadScore::AheadScore(const ForesightFit& base, const std::vector<Record>& piec
                        const Propagation& propagation)
     : base_(base), pieces_(pieces), propagation_(propagation) {
   gains_ = foresight_gains(base.model, base.x0, pieces, propagation);
-  WeightedInnovations own =
+  const WeightedInnovations own =
       weighted_innovations(base.model, base.x0, pieces, propagation, gains_, base.model.unknowns());
-  for (Eigen::Index i = 0; i < own.columns.cols(); ++i)
-    own.columns.col(i) /= std::max(1e-300, own.columns.col(i).norm());
   explained_ = orthonormal_basis(own.columns);
   error_ = own.error - explained_ * (explained_.transpose() * own.error);
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <tuple>
+#include <utility>
 
 #include "armukf/batch/frequency_start.hpp"
 #include "armukf/batch/prediction.hpp"
@@ -45,6 +46,11 @@ bool plausible(const FittedModel& fit) {
         return false;
     return true;
   });
+}
+
+/// What stands before what among fits.
+std::tuple<bool, bool, double> rank(const FittedModel& fit) {
+  return {!std::isfinite(fit.mse), !plausible(fit), fit.mse};
 }
 
 double simulated_mse(const Model& model, const std::vector<double>& x0,
@@ -163,6 +169,16 @@ Model softened(Model model) {
   return model;
 }
 
+void BaseFit::add(FittedModel fit) {
+  mse.push_back(fit.mse);
+  if (mse.size() == 1 || rank(fit) < rank(best)) best = std::move(fit);
+}
+
+int BaseFit::agreeing() const {
+  return static_cast<int>(std::ranges::count_if(
+      mse, [&](double e) { return std::abs(e - best.mse) < kSameMinimum * best.mse; }));
+}
+
 BaseFit base_fit(const Model& model, const std::vector<Record>& pieces,
                  const Propagation& propagation, int threads) {
   const Record& longest =
@@ -172,16 +188,10 @@ BaseFit base_fit(const Model& model, const std::vector<Record>& pieces,
   std::vector<FittedModel> fits(starts.size());
   for_each_job(threads, static_cast<int>(starts.size()),
                [&](int i) { fits[i] = fitted(starts[i], {}, pieces, propagation, kIterations); });
-  const auto rank = [](const FittedModel& fit) {
-    return std::tuple(!std::isfinite(fit.mse), !plausible(fit), fit.mse);
-  };
   BaseFit result;
-  result.best = *std::ranges::min_element(fits, {}, rank);
+  for (FittedModel& fit : fits) result.add(std::move(fit));
   if (!std::isfinite(result.best.mse))
     throw InputError(pieces.front().name, 0, "y", "cannot be simulated from any of the starts");
-  result.starts = static_cast<int>(starts.size());
-  for (const FittedModel& fit : fits)
-    result.agreeing += std::abs(fit.mse - result.best.mse) < kSameMinimum * result.best.mse;
   return result;
 }
 

@@ -56,8 +56,12 @@ OneStep one_step(const FittedModel& fit, const std::vector<Record>& pieces,
 /// A base fit that a trace may start from: several starts, and how many ended where the best did.
 struct BaseFit {
   FittedModel best;
-  int starts = 0;
-  int agreeing = 0;
+  std::vector<double> mse;  // (rad/s)^2, where each start has ended
+
+  /// Takes what a further start has ended with.
+  void add(FittedModel fit);
+  int starts() const { return static_cast<int>(mse.size()); }
+  int agreeing() const;
 };
 
 /// The model as a start from a soft and lightly damped arm.

@@ -64,7 +64,7 @@ struct Contest {
 /// Tries every effect that there is a trial of on top of each base, from where score tests suggest,
 /// a few iterations; goes on with the better ones, and judges the most promising. now: what is to
 /// be surpassed; it changes to a better minimum of the same model where the best effect has led to
-/// one. looks: all that p-values are to count. density: of the gains, as in now's fit.
+/// one. looks: all that p-values are to count.
 Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
                 const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
                 const AcceptanceSettings& acceptance);

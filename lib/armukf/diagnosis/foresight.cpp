@@ -153,10 +153,10 @@ Gains padded(const Gains& gains, int states) {
 double beginning_error(const Model& model, const std::vector<double>& x0,
                        const std::vector<Sample>& first, const Propagation& propagation) {
   const Gains gains = filter_gains(model, x0, first, propagation, kForesightDensity);
-  const std::vector<double> y = sensitivities(model, x0, first, propagation, {}, gains).y;
+  const std::vector<double> y = simulate(model, x0, first, propagation, Angles::kMeasured, gains);
   double sum = 0.0;
   for (std::size_t k = 0; k < y.size(); ++k)
-    if (!std::isnan(first[k].y)) sum += std::pow((first[k].y - y[k]) / gains.innovation_sd[k], 2);
+    if (!std::isnan(first[k].y)) sum += std::pow(gains.weight(k) * (first[k].y - y[k]), 2);
   return std::isnan(sum) ? kInfinite : sum;
 }
 
@@ -198,7 +198,7 @@ WeightedInnovations weighted_innovations(const Model& model, const StatesOfPiece
                       padded(gains[e], static_cast<int>(model.states.size())));
     all.y.insert(all.y.end(), found.y.begin(), found.y.end());
     for (std::size_t k = 0; k < samples.size(); ++k, ++row) {
-      const double weight = 1.0 / gains[e].innovation_sd[k];
+      const double weight = gains[e].weight(k);
       if (std::isnan(samples[k].y) || weight == 0.0) continue;
       all.error[row] = weight * (samples[k].y - found.y[k]);
       all.columns.row(row) = weight * found.gradient.row(static_cast<Eigen::Index>(k));

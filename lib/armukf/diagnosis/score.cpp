@@ -25,16 +25,8 @@ std::vector<Eigen::Index> counted(const std::vector<Record>& pieces,
   Eigen::Index row = 0;
   for (std::size_t e = 0; e < pieces.size(); ++e)
     for (std::size_t k = 0; k < pieces[e].samples.size(); ++k, ++row)
-      if (!std::isnan(pieces[e].samples[k].y) && std::isfinite(gains[e].innovation_sd[k]))
-        places.push_back(row);
+      if (!std::isnan(pieces[e].samples[k].y) && gains[e].weight(k) > 0.0) places.push_back(row);
   return places;
-}
-
-/// The columns, each of length 1, on which the model stands.
-Eigen::MatrixXd basis_of(Eigen::MatrixXd columns) {
-  for (Eigen::Index j = 0; j < columns.cols(); ++j)
-    if (const double length = columns.col(j).norm(); length > 0.0) columns.col(j) /= length;
-  return orthonormal_basis(columns);
 }
 
 }  // namespace
@@ -60,7 +52,7 @@ ScoreTest::ScoreTest(const Model& model, const StatesOfPieces& x0,
       prediction_(own.y),
       counts_(counted(pieces, gains_)),
       stretches_(stretches_of(pieces, counts_)),
-      explained_(basis_of(own.columns(counts_, Eigen::all))),
+      explained_(orthonormal_basis(own.columns(counts_, Eigen::all))),
       leverage_(explained_),
       error_(own.error(counts_)) {
   project(error_);

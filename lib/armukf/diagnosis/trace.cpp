@@ -27,7 +27,6 @@ constexpr int kLong = 60;              // iterations to the end of a plain fit
 constexpr int kShort = 10;             // where only a block has gone
 constexpr double kNoHelp = 0.01;       // an effect worth less of every error goes again
 constexpr double kNearlyAsGood = 0.8;  // of the merit: the record cannot tell the two apart
-constexpr double kSameMinimum = 0.01;  // of the mean squared error
 constexpr double kHopelessFit = 20.0;  // percent
 constexpr double kMoreLeft = 1.5;      // times, of the validation's error over the estimation's
 
@@ -170,13 +169,7 @@ FittedModel plain(const Explained& now, const TraceRecords& records) {
 /// simulation as well.
 void add_start(const Explained& start, const TraceRecords& records, BaseFit& base) {
   const FittedModel at = plain(start, records);
-  FittedModel other = fitted(at.model, at.x0, records.estimation, records.propagation, kLong);
-  ++base.starts;
-  if (does_as_well(other.mse, base.best.mse, kSameMinimum)) ++base.agreeing;
-  if (does_as_well(other.mse, base.best.mse, -kSameMinimum)) {
-    base.agreeing = 1;
-    base.best = std::move(other);
-  }
+  base.add(fitted(at.model, at.x0, records.estimation, records.propagation, kLong));
 }
 
 /// As a simulation, with what is known of the unknowns.
@@ -390,18 +383,17 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
     };
     Contest found = compete(now, bases, names);
     const Refit* chosen = best_found(found.refits);
-    Explained slow = now;
     if (chosen == nullptr || chosen->shows_at > kMiddle) {
-      slow = fitted_together(now, held, records, kSlowDensity);
+      Explained slow = fitted_together(now, held, records, kSlowDensity);
       add(compete(slow, {slow.fit}, trials_for(slow.fit.model, suggested)), found);
       chosen = best_found(found.refits);
-    }
-    if (chosen == nullptr) {  // no name fits
-      const std::vector<Trial> laws =
-          law_trials_for(slow.fit.model, records.estimation, records.propagation);
-      looks.merge(looks_of(laws));
-      add(compete(slow, {slow.fit}, laws), found);
-      chosen = best_found(found.refits);
+      if (chosen == nullptr) {  // no name fits
+        const std::vector<Trial> laws =
+            law_trials_for(slow.fit.model, records.estimation, records.propagation);
+        looks.merge(looks_of(laws));
+        add(compete(slow, {slow.fit}, laws), found);
+        chosen = best_found(found.refits);
+      }
     }
     note(found, chosen, round, diagnosis.candidates);
     if (chosen == nullptr) break;

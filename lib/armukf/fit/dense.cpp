@@ -10,7 +10,9 @@ Eigen::VectorXd least_squares_solution(const Eigen::MatrixXd& A, const Eigen::Ve
   return A.colPivHouseholderQr().solve(b);
 }
 
-Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& A) {
+Eigen::MatrixXd orthonormal_basis(Eigen::MatrixXd A) {
+  for (auto column : A.colwise())
+    if (const double length = column.norm(); length > 0.0) column /= length;
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factors(A);
   return factors.householderQ() * Eigen::MatrixXd::Identity(A.rows(), factors.rank());
 }

@@ -8,8 +8,9 @@ namespace armukf {
 /// The x of least |A x - b|; of those where A lacks rank, a short one.
 Eigen::VectorXd least_squares_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 
-/// Orthonormal columns that span those of A; as many as A's rank.
-Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& A);
+/// Orthonormal columns that span those of A; as many as A's rank, each column of A counting by its
+/// direction, however short.
+Eigen::MatrixXd orthonormal_basis(Eigen::MatrixXd A);
 
 /// The x of A x = b, A symmetric and not negative.
 Eigen::VectorXd symmetric_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);

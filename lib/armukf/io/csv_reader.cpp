@@ -160,19 +160,20 @@ bool CsvReader::would_wait() {
   if (!live()) return false;
   while (source_.has_line()) {
     if (!is_passed_over(source_.front_line())) return false;
-    source_.next_line();
-    file_begun_ = file_begun_ || source_.begins_file();
+    next_line();
   }
   return true;
 }
 
-std::optional<std::string_view> CsvReader::next_row() {
-  auto line = source_.next_line();
+std::optional<std::string_view> CsvReader::next_line() {
+  const auto line = source_.next_line();
   file_begun_ = file_begun_ || source_.begins_file();
-  while (line && is_passed_over(*line)) {
-    line = source_.next_line();
-    file_begun_ = file_begun_ || source_.begins_file();
-  }
+  return line;
+}
+
+std::optional<std::string_view> CsvReader::next_row() {
+  auto line = next_line();
+  while (line && is_passed_over(*line)) line = next_line();
   if (line && line->find('\0') != std::string_view::npos) {
     fail("", "line holds a NUL byte: binary or UTF-16, not CSV text");
   }

@@ -57,6 +57,7 @@ class CsvReader {
 
  private:
   std::optional<Sample> next_sample();
+  std::optional<std::string_view> next_line();
   std::optional<std::string_view> next_row();
   void read_header(std::string_view header);
   bool is_header(std::string_view row);

@@ -44,25 +44,13 @@ class FreeCoordinates {
   /// Covariance of the physical values of the i-th and j-th unknown (first order), from the same.
   template <class Covariance>
   double physical_covariance(int i, int j, const double* p, const Covariance& covariance) const {
-    double sum = 0.0;
-    for (int a = 0; a < size(); ++a) {
-      const double along = gradient(i, a, p);
-      if (along == 0.0) continue;
-      for (int b = 0; b < size(); ++b) sum += along * gradient(j, b, p) * covariance(a, b);
-    }
-    return sum;
+    return carried(i, j, covariance, [&](int k, int l) { return gradient(k, l, p); });
   }
 
   /// The same the other way: cov(z_i, z_j) from the covariance of the physical values.
   template <class Covariance>
   double free_covariance(int i, int j, const double* p, const Covariance& covariance) const {
-    double sum = 0.0;
-    for (int a = 0; a < size(); ++a) {
-      const double along = inverse_gradient(i, a, p);
-      if (along == 0.0) continue;
-      for (int b = 0; b < size(); ++b) sum += along * inverse_gradient(j, b, p) * covariance(a, b);
-    }
-    return sum;
+    return carried(i, j, covariance, [&](int k, int l) { return inverse_gradient(k, l, p); });
   }
 
   /// How far z moves for a change of "one size": 1 for shares and logarithms, where z is relative
@@ -80,6 +68,18 @@ class FreeCoordinates {
   /// d p_k / d z_j of the unknowns k and j.
   double gradient(int k, int j, const double* p) const;
   double inverse_gradient(int k, int j, const double* p) const;  // d z_k / d p_j
+
+  /// (G C G')_ij of a covariance C and a gradient G.
+  template <class Covariance, class Gradient>
+  double carried(int i, int j, const Covariance& covariance, const Gradient& gradient) const {
+    double sum = 0.0;
+    for (int a = 0; a < size(); ++a) {
+      const double along = gradient(i, a);
+      if (along == 0.0) continue;
+      for (int b = 0; b < size(); ++b) sum += along * gradient(j, b) * covariance(a, b);
+    }
+    return sum;
+  }
 
   std::vector<Parameter> parameters_;
   std::vector<int> unknowns_;

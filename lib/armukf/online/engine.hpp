@@ -277,10 +277,16 @@ class Engine {
   double usual_dt() const { return usual_dt_; }  // s; 0 before it is known
   bool learns() const { return coloured_; }
 
-  /// What the deviation of the k-th free coordinate has to be multiplied by where stretches of the
-  /// samples contradict each other more than the belief expects; 1 or more, and 1 where the model's
-  /// error has a gain of 0, which says that the noise is known.
-  double widening(int k) const { return widening_[k]; }
+  /// Covariance of two free coordinates: that of the belief, widened where stretches of the samples
+  /// contradict each other.
+  double covariance(int i, int j) const {
+    return widening_[i] * widening_[j] * model_covariance(i, j);
+  }
+
+  /// The same as the belief has it.
+  double model_covariance(int i, int j) const {
+    return filter_.covariance(states() + i, states() + j);
+  }
 
   /// Part of the innovations' mean square that is beyond what the noise explains, 0 to 1, of the
   /// later part of the samples.
@@ -420,7 +426,7 @@ class Engine {
     scored_at_ = watched;
     const int first = states();
     const auto theta = [&](int k) { return filter_.mean()[first + k]; };
-    const auto P = [&](int i, int j) { return filter_.covariance(first + i, first + j); };
+    const auto P = [&](int i, int j) { return model_covariance(i, j); };
     if (!scores_.has_begun()) {
       scores_.begin(coordinates_->size(), theta);
     } else {
@@ -536,6 +542,7 @@ class Engine {
   int steps_since_update_ = 0;
   double opening_ = 0.0;  // (rad/s)^2, variance
   ScoreSpread<Shape::kSize> scores_;
+  // What each coordinate's deviation is multiplied by; 1 where the noise is known.
   std::array<double, Shape::kSize> widening_ = filled_with_one();
   double scored_at_ = 0.0;    // s, watched
   double scores_keep_ = 1.0;  // of the weight of earlier scores, by what faded since the last one

@@ -294,11 +294,8 @@ void Session::State::report(const AnyRunner& leader) {
           values[i] = filter.mean()[i];
           deviations[i] = filter.deviation(i);
         }
-        const int first = filter.shape().states();  // of the unknowns
         const double* parameters = engine.parameters();
-        const auto covariance = [&](int i, int j) {
-          return engine.widening(i) * engine.widening(j) * filter.covariance(first + i, first + j);
-        };
+        const auto covariance = [&](int i, int j) { return engine.covariance(i, j); };
         coordinates.deviations(parameters, covariance, deviations.data() + own);
         for (int k = 0; k < coordinates.size(); ++k)
           values[own + k] = parameters[coordinates.unknowns()[k]];
@@ -316,11 +313,9 @@ void Session::State::archive(Archive& archive) {
     runners.resize(running, runners.front());
   }
   for (AnyRunner& runner : runners) std::visit([&](auto& r) { archive(r); }, runner);
-  std::uint64_t kept = beginning.size();
-  archive(kept, keeps_beginning);
-  if (kept > kMostBeginning) throw InputError("keeps a longer beginning than there may be");
-  beginning.resize(kept);
-  for (Sample& sample : beginning) archive(sample.t, sample.u, sample.y);
+  archive(beginning, keeps_beginning);
+  if (beginning.size() > kMostBeginning)
+    throw InputError("keeps a longer beginning than there may be");
   const std::size_t size = values.size();
   archive(winner, last_time, last_interval, clock_offset, new_clock, last_torque, values,
           deviations);
@@ -382,14 +377,13 @@ void Session::visit_leader(const Visit& visit) const {
 
 std::vector<double> Session::model_deviations() const {
   const FreeCoordinates& coordinates = state_->coordinates;
-  std::vector<double> sd(state_->model.parameters.size(), 0.0);
+  std::vector<double> of_unknowns(coordinates.size());
   visit_leader([&](const auto& engine) {
-    const int first = engine.filter().shape().states();
-    const auto P = [&](int i, int j) { return engine.filter().covariance(first + i, first + j); };
-    for (int k = 0; k < coordinates.size(); ++k)
-      sd[coordinates.unknowns()[k]] =
-          std::sqrt(coordinates.physical_covariance(k, k, engine.parameters(), P));
+    const auto P = [&](int i, int j) { return engine.model_covariance(i, j); };
+    coordinates.deviations(engine.parameters(), P, of_unknowns.data());
   });
+  std::vector<double> sd(state_->model.parameters.size(), 0.0);
+  for (int k = 0; k < coordinates.size(); ++k) sd[coordinates.unknowns()[k]] = of_unknowns[k];
   return sd;
 }
 
@@ -397,11 +391,7 @@ SquareMatrix Session::parameter_covariance() const {
   const FreeCoordinates& coordinates = state_->coordinates;
   SquareMatrix covariance(coordinates.size());
   visit_leader([&](const auto& engine) {
-    const int first = engine.filter().shape().states();
-    const auto P = [&](int i, int j) {
-      return engine.widening(i) * engine.widening(j) *
-             engine.filter().covariance(first + i, first + j);
-    };
+    const auto P = [&](int i, int j) { return engine.covariance(i, j); };
     for (int i = 0; i < coordinates.size(); ++i)
       for (int j = 0; j < coordinates.size(); ++j)
         covariance(i, j) = coordinates.physical_covariance(i, j, engine.parameters(), P);

@@ -51,8 +51,8 @@ bool Track::is_covered(const Sequence::Timed& timed) {
   return false;
 }
 
-void Track::count_faulty_row() {
-  if (!covered_) ++before_.faulty;
+void Track::count_faulty_rows(int count) {
+  if (!covered_) before_.faulty += count;
 }
 
 void Track::expect_new_clock() {

@@ -46,8 +46,8 @@ class Track {
   /// None will be put any more: nothing waits.
   void end() { sequence_.end(); }
 
-  /// A row that could not be read.
-  void count_faulty_row();
+  /// Rows that could not be read.
+  void count_faulty_rows(int count);
 
   /// The samples' clock was set while nobody listened: none of them is old, whatever its time.
   void expect_new_clock();

@@ -192,7 +192,7 @@ Json diagnosis_json(const DiagnosisSummary& s) {
   Json consistency = Json::array();
   for (const Consistency& c : d.consistency) consistency.push_back(consistency_json(c));
   return {{"files", {{"estimation", s.estimation}, {"validation", s.validation}}},
-          {"base_fit", {{"starts", d.base.starts}, {"starts_agreeing", d.base.agreeing}}},
+          {"base_fit", {{"starts", d.base.starts()}, {"starts_agreeing", d.base.agreeing()}}},
           {"before",
            {{"estimation", measures_json(d.before_estimation)},
             {"validation", measures_json(d.before_validation)}}},
@@ -212,8 +212,8 @@ std::string diagnosis_text(const DiagnosisSummary& s) {
   std::string text = fmt::format("base fit to {}: {:.2f} %{}, {} of {} starts agree\n",
                                  s.estimation, d.base.best.fit_percent,
                                  d.base.best.model.has_angle() ? " over the measured angle" : "",
-                                 d.base.agreeing, d.base.starts);
-  if (d.base.agreeing < 2)
+                                 d.base.agreeing(), d.base.starts());
+  if (d.base.agreeing() < 2)
     text += "  note: the starts disagree; what follows may trace a bad minimum\n";
   text += candidates_text(d);
   text += fmt::format("verdict: {}\n", name_of(d.verdict));

@@ -119,20 +119,33 @@ nlohmann::ordered_json innovation_json(const InnovationStatistics& innovations) 
           {"log_likelihood", innovations.log_likelihood()}};
 }
 
-void write_header(CsvWriter& writer, const Model& model) {
-  std::vector<std::string> header{"t",   "y",     "y_pred", "innovation", "innovation_sd",
-                                  "nis", "status"};
-  const std::vector<std::string> names = augmented_names(model);
-  header.insert(header.end(), names.begin(), names.end());
-  for (const std::string& name : names) header.push_back(name + "_sd");
-  writer.row(header);
+std::string counts_text(const Tally& tally) {
+  return fmt::format("{} samples ({} missing, {} rejected, {} gaps, {} resets)", tally.samples(),
+                     tally.count(Status::kMissing), tally.count(Status::kRejected),
+                     tally.count(Status::kGap), tally.count(Status::kReset));
 }
 
-void write_row(CsvWriter& writer, const Estimate& e) {
+std::vector<std::string> row_names(std::span<const std::string> augmented) {
+  std::vector<std::string> names{"t",   "y",     "y_pred", "innovation", "innovation_sd",
+                                 "nis", "status"};
+  names.insert(names.end(), augmented.begin(), augmented.end());
+  for (const std::string& name : augmented) names.push_back(name + "_sd");
+  return names;
+}
+
+void write_outcome(CsvWriter& writer, const Estimate& e) {
   for (const double value :
        {e.sample.t, e.sample.y, e.predicted, e.innovation, e.innovation_sd, e.nis})
     writer.cell(value);
   writer.cell(name_of(e.status));
+}
+
+void write_header(CsvWriter& writer, const Model& model) {
+  writer.row(row_names(augmented_names(model)));
+}
+
+void write_row(CsvWriter& writer, const Estimate& e) {
+  write_outcome(writer, e);
   for (const double value : e.values) writer.cell(value);
   for (const double value : e.deviations) writer.cell(value);
   writer.end_row();
@@ -190,12 +203,8 @@ std::string input_text(const StreamCounts& input) {
 std::string estimate_text(const EstimateSummary& s) {
   const RecursiveEstimate& e = s.estimate;
   const InnovationStatistics& innovations = e.tally.innovations();
-  std::string text = fmt::format(
-      "{} of {} samples ({} missing, {} rejected, {} gaps, {} resets), {:.3f} s, {:.0f} "
-      "samples/s\n",
-      e.filter, e.tally.samples(), e.tally.count(Status::kMissing),
-      e.tally.count(Status::kRejected), e.tally.count(Status::kGap), e.tally.count(Status::kReset),
-      e.seconds, samples_per_second(e));
+  std::string text = fmt::format("{} of {}, {:.3f} s, {:.0f} samples/s\n", e.filter,
+                                 counts_text(e.tally), e.seconds, samples_per_second(e));
   if (s.input) text += input_text(*s.input);
   text += parameters_text(e.model, e.sd);
   text += fmt::format(

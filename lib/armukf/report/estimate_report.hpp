@@ -45,6 +45,14 @@ std::string simulation_text(double fit_percent, double mse, const std::optional<
 /// simulation's figures.
 nlohmann::ordered_json angle_json(const std::optional<ErrorSums>& free);
 
+/// "N samples (how many of them missing, rejected, ...)".
+std::string counts_text(const Tally& tally);
+
+/// Names of a row's cells: the outcome, then the augmented belief, then its deviations.
+std::vector<std::string> row_names(std::span<const std::string> augmented);
+/// The first cells of a row: the sample, its innovation and status.
+void write_outcome(CsvWriter& writer, const Estimate& estimate);
+
 /// The header of the rows that `write_row` writes.
 void write_header(CsvWriter& writer, const Model& model);
 /// One row: the sample, its innovation, status, every augmented state and its deviation.
