@@ -74,6 +74,7 @@ class Models {
     options.file = file;
     ModelFile model = chosen_model(options);
     choose_filter(model.settings, job.filter);
+    forget(model.settings, job.forget);
     return model;
   }
 

@@ -26,6 +26,7 @@ void add_arms_options(CLI::App& command, ArmsOptions& options);
 struct ArmsJob {
   std::string input;
   std::string filter;
+  double forget = 1.0;
   std::string save;  // folder; empty: none
   ArmsOptions arms;
   ModelOptions model;

@@ -52,7 +52,8 @@ void compare(CompareOptions& o) {
   write_report(o.report, start_text + compare_text(found, o.truth.empty() ? nullptr : &truth),
                compare_json(found));
   if (!o.save.empty())
-    write_model_file(o.save, to_begin_with(found.batch.identification.model, start.settings));
+    write_model_file(o.save, to_go_on_from(found.batch.identification.model, start.settings,
+                                           belief_of(found.batch.identification)));
 }
 
 }  // namespace
@@ -65,8 +66,7 @@ void add_compare(CLI::App& program) {
       "that\n"
       "--free-initial all compares like with like. A difference is recursive minus batch, in "
       "percent\n"
-      "of batch and in standard deviations of both, the batch's those that hold whatever the\n"
-      "residuals' colour. Both times leave reading the file out.");
+      "of batch and in standard deviations of both. Both times leave reading the file out.");
   const auto o = std::make_shared<CompareOptions>();
   command.add_option("FILE", o->input, "the record, as CSV; - is standard input")->required();
   add_filter_option(command, o->filter);

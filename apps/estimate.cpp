@@ -45,6 +45,7 @@ struct EstimateOptions {
   std::string input = "-";
   std::string filter;
   std::string save;
+  double forget = 1.0;
   int passes = 1;
   bool score = false;
   std::vector<double> cuts;  // s, where parts of the score begin
@@ -248,10 +249,12 @@ void estimate(const EstimateOptions& o) {
     stop_on_signals();
     Columns columns = o.columns;
     columns.key = o.arms.key;
-    return estimate_arms({o.input, o.filter, o.save, o.arms, o.model, o.report, columns, o.stream});
+    return estimate_arms(
+        {o.input, o.filter, o.forget, o.save, o.arms, o.model, o.report, columns, o.stream});
   }
   ModelFile start = chosen_model(o.model);
   choose_filter(start.settings, o.filter);
+  forget(start.settings, o.forget);
   if (o.start.any()) {
     const Record record = o.start.frequency ? read_record(o.input, o.columns) : Record{};
     const std::string found = find_start(o.start, o.model, record, o.columns, start);
@@ -288,6 +291,11 @@ void add_estimate(CLI::App& program) {
   command.add_option("--save", o->save,
                      "write the model and what is believed of its parameters and noise, as "
                      "TOML;\n--model goes on from it");
+  command
+      .add_option("--forget", o->forget,
+                  "deviations that a model file of an earlier estimate or fit tells count so many\n"
+                  "times, for those who expect wear")
+      ->check(number_from(1.0));
   add_start_options(command, o->start);
   add_model_options(command, o->model);
   add_report_options(command, o->report);

@@ -44,7 +44,8 @@ void fit(FitOptions& o) {
   const FitSummary summary = fit_summary(start.model, records, o.settings);
   write_report(o.report, found + fit_text(summary), fit_json(summary));
   if (!o.save.empty())
-    write_model_file(o.save, to_begin_with(summary.identification.model, start.settings));
+    write_model_file(o.save, to_go_on_from(summary.identification.model, start.settings,
+                                           belief_of(summary.identification)));
 }
 
 }  // namespace
@@ -58,7 +59,9 @@ void add_fit(CLI::App& program) {
       "is\n"
       "not known: each piece counts as an experiment with initial states of its own.\n"
       "With several files, --start frequency looks at the first.\n"
-      "sd holds if the residuals are white, HAC sd whatever their colour.");
+      "sd is the larger of two: HAC sd, which holds whatever the residuals' colour if they are\n"
+      "stationary, and one by leaving an eighth of the records out in turn, which --no-blocks\n"
+      "saves. White sd holds if they are white.");
   const auto o = std::make_shared<FitOptions>();
   command.add_option("FILE", o->files, "records, as CSV; - is standard input")->required();
   command
@@ -74,6 +77,8 @@ void add_fit(CLI::App& program) {
       .add_option("--starts", o->settings.starts,
                   "searches; all but the first from drawn start values")
       ->check(whole_number(1, 10000));
+  command.add_flag("!--no-blocks", o->settings.jackknife,
+                   "leave no part of the records out: HAC deviations alone, in half the time");
   add_threads_option(command, o->settings.threads);
   command.add_option("--seed", o->settings.seed, "of the drawn start values");
   command.add_option("--iterations", o->settings.iterations, "of one search, at most")

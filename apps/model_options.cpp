@@ -66,6 +66,10 @@ void add_filter_option(CLI::App& command, std::string& filter) {
                      fmt::format("one of {}; ukf by default", fmt::join(filter_names(), ", ")));
 }
 
+void forget(EstimatorSettings& settings, double factor) {
+  if (settings.belief) settings.belief->widen(factor);
+}
+
 void choose_filter(EstimatorSettings& settings, const std::string& name) {
   if (!name.empty()) settings.filter = of_option("--filter", [&] { return find_filter(name); });
 }

@@ -34,4 +34,7 @@ ModelFile chosen_model(const ModelOptions& options, const ModelFile& otherwise =
 /// The filter of that name, if one is named. InputError lists those there are.
 void choose_filter(EstimatorSettings& settings, const std::string& name);
 
+/// Trusts what an earlier estimate believed by so much less, if the model file has any of it.
+void forget(EstimatorSettings& settings, double factor);
+
 }  // namespace armukf::apps

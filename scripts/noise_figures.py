@@ -4,6 +4,7 @@
     noise_figures.py                         all conditions, three arms that no setting was tuned on
     noise_figures.py --part 0.25 --known     a quarter of them, beside the filter that is told the noise
     noise_figures.py --half tuning           the arms that settings are tuned on
+    noise_figures.py --batch                 the intervals of `fit --free-initial all` as well
 
 Conditions: arms x sensor noise {0.1, 0.25, 0.5 rad/s} x its pole {0, 0.5, 0.9} x torque noise {0, 0.05,
 0.15, 0.3 N.m} x its pole {0, 0.9}, a record of 10 s each (and each repeat) by the blind plant, from the
@@ -66,10 +67,17 @@ def recorded(options, condition, noise_seed, folder):
     return record, json.loads(truth.read_text())["arm"]
 
 
+def told(arm):
+    return [word for name in KNOWN for word in ("--set", f"{name}={arm[name]!r}")]
+
+
 def estimated(options, record, arm, model=None):
-    words = [word for name in KNOWN for word in ("--set", f"{name}={arm[name]!r}")]
-    words += ["--model", model] if model else []
-    return sweeps.armukf(options.program, "estimate", record, "--filter", options.filter, *words)
+    words = ["--model", model] if model else []
+    return sweeps.armukf(options.program, "estimate", record, "--filter", options.filter, *told(arm), *words)
+
+
+def fitted(options, record, arm):
+    return sweeps.armukf(options.program, "fit", record, "--free-initial", "all", "--threads", 1, *told(arm))
 
 
 def told_model(condition, folder):
@@ -88,13 +96,15 @@ def trial(options, item):
         results = {"learnt": estimated(options, record, arm)}
         if options.known:
             results["told"] = estimated(options, record, arm, told_model(condition, folder))
+        if options.batch:
+            results["batch"] = fitted(options, record, arm)
     return condition, {way: figures(result, arm) for way, result in results.items()}
 
 
 def figures(result, arm):
     p = result["parameters"]
     return {"error": {n: p[n]["value"] / arm[n] - 1 for n in TRUTH}, "sd": {n: p[n]["sd"] / arm[n] for n in TRUTH},
-            "innovation": result["innovation"]}
+            "innovation": result.get("innovation")}
 
 
 def holds(run, name):
@@ -120,6 +130,9 @@ def report(runs, options, checks):
         checks.expect(85 <= share <= 95 and ratio <= 1.2, text)
     print(f"        all parameters {coverage(learnt):.1f} %" +
           (f", with the noise known {coverage(told):.1f} %" if told else ""))
+    if options.batch:
+        batch = coverage([r["batch"] for _, r in runs])
+        checks.expect(85 <= batch <= 95, f"batch: 90 % interval holds the truth in {batch:.1f} % (85 to 95)")
     worst = min((coverage([r["learnt"] for c, r in runs if getattr(c, field) == value]), f"{field} {value}")
                 for field in Condition.__dataclass_fields__ for value in {getattr(c, field) for c, _ in runs})
     checks.expect(worst[0] >= 75, f"worst single level: {worst[1]}, {worst[0]:.0f} % (at least 75)")
@@ -143,6 +156,7 @@ def main():
     parser.add_argument("--part", type=float, default=1.0, help="of the conditions, drawn")
     parser.add_argument("--repeats", type=int, default=1, help="records of each condition")
     parser.add_argument("--known", action="store_true", help="also the filter that is told the noise")
+    parser.add_argument("--batch", action="store_true", help="also the batch estimate")
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     parser.add_argument("--json", metavar="FILE", help="write every trial; - is standard output")
     options = parser.parse_args()

@@ -104,7 +104,7 @@ def trajectory(axis, rows, name, truth, batch):
     if truth and name in TRUTH:
         axis.axhline(TRUTH[name], color=TRUE, linewidth=1.0, linestyle="--", label="truth")
     if batch and name in batch:
-        middle, half = batch[name]["value"], NINETY_PERCENT * batch[name].get("sd_hac", 0.0)
+        middle, half = batch[name]["value"], NINETY_PERCENT * batch[name]["sd"]
         axis.axhspan(middle - half, middle + half, color=BATCH, alpha=0.2, linewidth=0)
         axis.axhline(middle, color=BATCH, linewidth=1.0, label="batch, 90 % band")
         shown.append(middle)

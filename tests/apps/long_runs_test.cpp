@@ -1,5 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
 #include "apps/program.hpp"
 
 namespace armukf {
@@ -16,6 +22,29 @@ TEST_F(LongRun, StartValuesFromScratchLeaveTheFileAfterThemAndWhatWasSet) {
   EXPECT_EQ(fit.output.find("  J "), std::string::npos);
   EXPECT_EQ(run("fit --start slow=slow.csv slow.csv --set J=0.04 --iterations 1 --quiet").output,
             "");
+}
+
+TEST_F(LongRun, EstimateGoesOnFromAFitAndForgetsAsMuchAsItIsTold) {
+  run("simulate -o a.csv --samples 6000 --sensor-noise 0.1");
+  ASSERT_EQ(run("fit a.csv --json fit.json --save fit.toml --quiet").status, 0);
+  const auto fit = nlohmann::json::parse(text("fit.json"));
+  for (const double factor : {1.0, 3.0}) {
+    const std::vector<std::string> rows =
+        lines_of(run(fmt::format("a.csv --model fit.toml --quiet --forget {}", factor)).output);
+    const auto cells = [&](std::size_t row) {
+      std::vector<std::string> all;
+      std::istringstream stream(rows.at(row));
+      for (std::string cell; std::getline(stream, cell, ',');) all.push_back(cell);
+      return all;
+    };
+    const std::vector<std::string> header = cells(0);
+    for (const char* name : {"k_g1", "d_g", "k_a"}) {
+      const auto at = std::ranges::find(header, name + std::string("_sd")) - header.begin();
+      const double expected = factor * fit["parameters"][name]["sd"].get<double>();
+      EXPECT_NEAR(std::stod(cells(1).at(static_cast<std::size_t>(at))), expected, 0.02 * expected)
+          << name;
+    }
+  }
 }
 
 TEST_F(LongRun, FullDiskIsStatusOneAndOneLineAfterAFitOrADiagnosis) {

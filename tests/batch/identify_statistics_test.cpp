@@ -18,18 +18,20 @@ Record noiseless(std::uint64_t seed) {
   return simulate_experiment(published_estimate(), {.seed = seed}).record;
 }
 
-Identification identified(const Record& record) {
+Identification identified(const Record& record, bool jackknife = false) {
   IdentifySettings settings;
   settings.initial = all_free(published_arm());
+  settings.jackknife = jackknife;
   return identify(published_arm(), {record}, settings);
 }
 
-/// Share of the parameters whose error is below that many deviations.
-double share_within(double deviations, const Identification& found) {
+/// Share of the parameters whose error is below that many deviations of that kind.
+double share_within(double deviations, const Identification& found,
+                    double ParameterEstimate::*sd = &ParameterEstimate::coloured_sd) {
   const Model truth = published_estimate();
   double within = 0.0;
   for (const ParameterEstimate& p : found.parameters)
-    within += std::abs(p.value - truth.parameters[p.position].value) < deviations * p.coloured_sd;
+    within += std::abs(p.value - truth.parameters[p.position].value) < deviations * p.*sd;
   return within / static_cast<double>(found.parameters.size());
 }
 
@@ -56,6 +58,25 @@ TEST(IdentifyStatistics, ColouredDeviationsCoverTheTruth) {
   EXPECT_LE(within, 0.97);
 }
 
+TEST(IdentifyStatistics, BlocksCoverTheTruthWhereTheTorqueHasNoise) {
+  constexpr int kSeeds = 30;
+  constexpr double kNinety = 1.645;
+  double stationary = 0.0;
+  double blocks = 0.0;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    const Record record =
+        simulate_experiment(published_estimate(),
+                            {.seed = static_cast<std::uint64_t>(seed), .torque_disturbance = 0.3})
+            .record;
+    const Identification found = identified(with_noise(record, 0.25, 0.5, seed), true);
+    stationary += share_within(kNinety, found) / kSeeds;
+    blocks += share_within(kNinety, found, &ParameterEstimate::sd) / kSeeds;
+  }
+  EXPECT_LE(stationary, 0.8);
+  EXPECT_GE(blocks, 0.83);
+  EXPECT_LE(blocks, 0.99);
+}
+
 /// How often the 90 % interval of a robust fit holds the truth, over records of 1 s with noise of
 /// the given pole, of which a share of the samples has a spike besides. Three parameters and the
 /// initial states are free.
@@ -68,6 +89,7 @@ double robust_coverage(double pole, double spikes, int seeds) {
   for (Parameter& p : model.parameters)
     p.known = p.name != "a_m" && p.name != "k_g1" && p.name != "d_g";
   IdentifySettings settings;
+  settings.jackknife = false;
   settings.initial = all_free(model);
   settings.robust = true;
   double within = 0.0;
@@ -139,7 +161,7 @@ TEST(BaseFit, DoesNotBeginWhereItCannotBeSimulated) {
       1e13;  // so is it in the soft start; the third finds one of its own
   const BaseFit found = base_fit(model, pieces, {});
   EXPECT_LT(found.best.mse, 0.01);
-  EXPECT_EQ(found.agreeing, 1);
+  EXPECT_EQ(found.agreeing(), 1);
 }
 
 }  // namespace

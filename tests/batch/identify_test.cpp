@@ -45,7 +45,7 @@ TEST(Identify, TakesSeveralRecordsAtOnce) {
   expect_truth(both, 4.0);
   const Identification one = identify(published_arm(), {records[0]}, free_states());
   for (std::size_t k = 0; k < one.parameters.size(); ++k)
-    EXPECT_LT(both.parameters[k].sd, one.parameters[k].sd) << k;
+    EXPECT_LT(both.parameters[k].white_sd, one.parameters[k].white_sd) << k;
 }
 
 TEST(Identify, LeavesOutMissingMeasurements) {

@@ -47,6 +47,7 @@ Model start(const std::vector<std::string>& effects) {
 Identification learnt(Model model, const Records& records) {
   cover_ranges(model, {records.estimation}, {});
   IdentifySettings settings;
+  settings.jackknife = false;
   settings.initial = all_free(model);  // an experiment begins in motion
   return identify(model, {records.estimation}, settings);
 }

@@ -17,7 +17,8 @@
 #include "filter/textbook_ukf.hpp"
 
 /// One predict + update of each filter on the published arm: 5 states, 7 unknowns, one RK4 step per
-/// 0.5 ms; and on the arm with the effects that a real one may have: 10 states, 14 unknowns.
+/// 0.5 ms; with the noises of torque and sensor as two more states; and on the arm with the effects
+/// that a real one may have: 10 states, 14 unknowns.
 /// Allocations are counted by replacing operator new.
 namespace {
 
@@ -97,7 +98,7 @@ void step(benchmark::State& state, const Model& model) {
   for (auto _ : state) {
     const Sample& s = record[k];
     if (!engine.predict({s.t, s.t}, kStep, s.u)) state.SkipWithError("numbers went wrong");
-    engine.update(engine.innovation(s.y), s.t + kStep);
+    engine.update(engine.innovation(s.y), {s.t + kStep, s.t + kStep});
     k = (k + 1) % record.size();
   }
   count_allocations(state, before);
@@ -115,6 +116,8 @@ BENCHMARK(step_published<SquareRootFilter<Shape>>)->Name("srukf step");
 BENCHMARK(step_published<Ckf<Shape>>)->Name("ckf step");
 BENCHMARK(step_published<Ekf<Shape>>)->Name("ekf step");
 BENCHMARK(step_published<IteratedFilter<Shape>>)->Name("iekf step");
+BENCHMARK(step_published<Ukf<ColouredShape>>)->Name("ukf step, coloured noise");
+BENCHMARK(step_published<Ekf<ColouredShape>>)->Name("ekf step, coloured noise");
 BENCHMARK(step_completed<Ukf<CompletedShape>>)->Name("ukf step, completed model");
 BENCHMARK(step_completed<Ekf<CompletedShape>>)->Name("ekf step, completed model");
 

@@ -9,6 +9,7 @@
 #include <optional>
 #include <random>
 
+#include "armukf/batch/jackknife.hpp"
 #include "armukf/batch/output_error.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
@@ -172,17 +173,35 @@ bool on_bound(const Parameter& p) {
   return p.value - p.lower < kClose * p.scale || p.upper - p.value < kClose * p.scale;
 }
 
-void report_parameters(const Spread& spread, Identification& result) {
+double correlation(const Eigen::MatrixXd& covariance, int i, int j) {
+  return covariance(i, j) / std::sqrt(covariance(i, i) * covariance(j, j));
+}
+
+/// block_sd: of the unknowns; empty if nobody asked for them.
+void report_parameters(const Spread& spread, const std::vector<double>& block_sd,
+                       Identification& result) {
   const std::vector<int> unknowns = result.model.unknowns();
   const int n = static_cast<int>(unknowns.size());
-  result.correlation = SquareMatrix(n);
   for (int i = 0; i < n; ++i) {
     const Parameter& p = result.model.parameters[unknowns[i]];
-    result.parameters.push_back({unknowns[i], p.value, std::sqrt(spread.white(i, i)),
-                                 std::sqrt(spread.coloured(i, i)), on_bound(p)});
-    for (int j = 0; j < n; ++j)
-      result.correlation(i, j) =
-          spread.white(i, j) / std::sqrt(spread.white(i, i) * spread.white(j, j));
+    ParameterEstimate estimate{.position = unknowns[i],
+                               .value = p.value,
+                               .sd = 0.0,
+                               .white_sd = std::sqrt(spread.white(i, i)),
+                               .coloured_sd = std::sqrt(spread.coloured(i, i)),
+                               .block_sd = block_sd.empty() ? kNaN : block_sd[i],
+                               .on_bound = on_bound(p)};
+    estimate.sd = std::fmax(estimate.coloured_sd, estimate.block_sd);
+    result.parameters.push_back(estimate);
+  }
+  result.correlation = SquareMatrix(n);
+  result.covariance = SquareMatrix(n);
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      result.correlation(i, j) = correlation(spread.white, i, j);
+      result.covariance(i, j) = result.parameters[i].sd * result.parameters[j].sd *
+                                (i == j ? 1.0 : correlation(spread.coloured, i, j));
+    }
   }
 }
 
@@ -321,7 +340,12 @@ Identification identify_pieces(const Model& model, const std::vector<Record>& re
     initial.push_back(
         initial_states(error, settings.initial.free, best.z, static_cast<int>(e), spread));
   if (found.density) result.noise = noise_of(found, error);
-  report_parameters(spread, result);
+  std::vector<double> block_sd;
+  if (settings.jackknife && std::isfinite(best.cost))
+    block_sd = jackknife_deviations({result.model, records, error.initial_states_at(best.z.data()),
+                                     found.gains, settings.initial, settings.propagation,
+                                     result.huber_scale, settings.threads});
+  report_parameters(spread, block_sd, result);
   report_experiments(records, settings, initial, result);
   report_criteria(error.measured(), error.variables(), result);
   return result;

@@ -29,6 +29,8 @@ struct IdentifySettings {
   std::uint64_t seed = 1;  // of the drawn starts
   int threads = 0;         // searches at once; 0: one per processor
   bool robust = false;     // Huber's loss in place of squares
+  bool jackknife = true;   // deviations that hold for incomplete models, too; takes about as long
+                           // as the fit
   int iterations = 100;    // at most, of one search
   double longest_gap_s = kLongestGapS;  // s; a record is cut at longer intervals
   StatesOfPieces first_states;          // where the free initial states of each piece begin; what
@@ -39,8 +41,10 @@ struct IdentifySettings {
 struct ParameterEstimate {
   int position;  // in the model
   double value;
-  double sd;           // if the residuals were white
+  double sd;           // to be believed: the largest of those below
+  double white_sd;     // if the residuals were white
   double coloured_sd;  // whatever their colour
+  double block_sd;     // by leaving parts of the records out; NaN if that was not asked for
   bool on_bound;       // the search pressed against a bound: the sd do not hold
 };
 
@@ -65,6 +69,7 @@ struct Identification {
   Model model;  // with the estimated values
   std::vector<ParameterEstimate> parameters;
   SquareMatrix correlation;              // of the parameters' estimates, white residuals
+  SquareMatrix covariance;               // of them, to go with `sd`
   std::vector<Experiment> experiments;   // a piece of a record each
   double fit_percent = 0.0;              // over all experiments, each about its own mean
   double mse = 0.0;                      // (rad/s)^2; infinite where no start can be simulated

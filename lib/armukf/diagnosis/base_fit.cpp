@@ -106,6 +106,7 @@ FittedModel fitted(const Model& model, const StatesOfPieces& x0, const std::vect
   settings.initial = all_free(model);
   settings.first_states = x0;
   settings.iterations = iterations;
+  settings.jackknife = false;  // blocks judge by themselves here
   const Identification found = identify_pieces(model, pieces, settings);
   FittedModel result;
   result.model = found.model;
@@ -121,7 +122,7 @@ Model with_fitted_spreads(const FittedModel& fit) {
   for (const ParameterEstimate& estimate : fit.parameters) {
     if (estimate.position < kArmParameters) continue;
     Parameter& p = model.parameters[estimate.position];
-    const double relative = kSpreadSds * estimate.coloured_sd / std::max(std::abs(p.value), 1e-12);
+    const double relative = kSpreadSds * estimate.sd / std::max(std::abs(p.value), 1e-12);
     p.spread = std::isfinite(relative) ? std::clamp(relative, kLeastSpread, p.spread) : p.spread;
   }
   return model;

@@ -184,7 +184,7 @@ FittedModel simulated_from(const Explained& now, const Held& held, const TraceRe
     if (!told && kept == held.end()) continue;
     const double sd = told ? now.fit.sd[at] : kept->second;
     p.known = false;
-    simulated.parameters.push_back({static_cast<int>(i), p.value, sd, sd, false});
+    simulated.parameters.push_back({static_cast<int>(i), p.value, sd, sd, sd, sd, false});
   }
   return simulated;
 }

@@ -107,6 +107,12 @@ struct ParameterBelief {
   std::vector<std::string> names;  // of the unknowns
   SquareMatrix covariance;         // in their order
   LearntNoise noise;
+
+  /// All deviations times the factor, for those who expect wear.
+  void widen(double factor) {
+    for (int i = 0; i < covariance.size(); ++i)
+      for (int j = 0; j < covariance.size(); ++j) covariance(i, j) *= factor * factor;
+  }
 };
 
 /// All that the user may choose of an estimate, beside the model.

@@ -24,8 +24,8 @@ std::vector<Row> rows_of(const Comparison& c) {
   std::vector<Row> rows;
   for (const ParameterEstimate& batch : c.batch.identification.parameters) {
     const Parameter& p = recursive.parameters[batch.position];
-    rows.push_back({p.name, p.unit, p.value, c.recursive.estimate.sd[batch.position], batch.value,
-                    batch.coloured_sd});
+    rows.push_back(
+        {p.name, p.unit, p.value, c.recursive.estimate.sd[batch.position], batch.value, batch.sd});
   }
   return rows;
 }

@@ -64,9 +64,9 @@ std::vector<int> parameters_of_effect(const Model& model, const std::string& eff
   return positions;
 }
 
-double coloured_sd(const FittedModel& fit, int position) {
+double sd_of(const FittedModel& fit, int position) {
   const auto at = std::ranges::find(fit.parameters, position, &ParameterEstimate::position);
-  return at == fit.parameters.end() ? 0.0 : at->coloured_sd;
+  return at == fit.parameters.end() ? 0.0 : at->sd;
 }
 
 Json effect_json(const FittedModel& fit, const FoundEffect& effect) {
@@ -74,7 +74,7 @@ Json effect_json(const FittedModel& fit, const FoundEffect& effect) {
   for (const int i : parameters_of_effect(fit.model, effect.effect)) {
     const Parameter& p = fit.model.parameters[i];
     parameters[p.name] = {
-        {"value", p.value}, {"sd", coloured_sd(fit, i)}, {"unit", p.unit}, {"known", p.known}};
+        {"value", p.value}, {"sd", sd_of(fit, i)}, {"unit", p.unit}, {"known", p.known}};
   }
   Json json = named(effect.effect);
   json["parameters"] = parameters;
@@ -156,8 +156,8 @@ std::string effect_text(const Diagnosis& d, const FoundEffect& effect) {
       d.after.model.has_angle() ? " over the measured angle" : "", effect.p_value);
   for (const int i : parameters_of_effect(d.after.model, effect.effect)) {
     const Parameter& p = d.after.model.parameters[i];
-    text += fmt::format("    {:<26} {:>12.6g} ± {:<9.2g} {}\n", p.name, p.value,
-                        coloured_sd(d.after, i), p.unit);
+    text += fmt::format("    {:<26} {:>12.6g} ± {:<9.2g} {}\n", p.name, p.value, sd_of(d.after, i),
+                        p.unit);
   }
   if (!effect.confused_with.empty())
     text += fmt::format("    this record cannot tell it from {}{}\n",

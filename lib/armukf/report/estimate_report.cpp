@@ -76,16 +76,6 @@ nlohmann::ordered_json noise_json(const LearntNoise& noise) {
           {"sensor_pole", noise.sensor_pole}};
 }
 
-nlohmann::ordered_json covariance_json(const ParameterBelief& belief) {
-  auto rows = nlohmann::ordered_json::array();
-  for (int i = 0; i < belief.covariance.size(); ++i) {
-    auto row = nlohmann::ordered_json::array();
-    for (int j = 0; j < belief.covariance.size(); ++j) row.push_back(belief.covariance(i, j));
-    rows.push_back(row);
-  }
-  return {{"names", belief.names}, {"matrix", rows}};
-}
-
 }  // namespace
 
 std::vector<std::string> augmented_names(const Model& model) {

@@ -30,7 +30,7 @@ std::string name_of(const Identification& found, const ParameterEstimate& estima
 bool poorly_determined(const Identification& found, const ParameterEstimate& estimate) {
   const double size =
       std::max(std::abs(estimate.value), found.model.parameters[estimate.position].scale);
-  return estimate.on_bound || !(2.0 * estimate.coloured_sd < size);
+  return estimate.on_bound || !(2.0 * estimate.sd < size);
 }
 
 std::vector<std::string> poorly_determined(const Identification& found) {
@@ -40,18 +40,15 @@ std::vector<std::string> poorly_determined(const Identification& found) {
   return names;
 }
 
-/// Deviations by the model's parameters, those of known ones 0.
-std::vector<double> by_parameter(const Identification& found, double ParameterEstimate::*sd) {
-  std::vector<double> all(found.model.parameters.size(), 0.0);
-  for (const ParameterEstimate& estimate : found.parameters) all[estimate.position] = estimate.*sd;
-  return all;
-}
-
 Json parameters_of(const Identification& found) {
-  Json parameters = parameters_json(found.model, by_parameter(found, &ParameterEstimate::sd));
+  std::vector<double> sd(found.model.parameters.size(), 0.0);  // those of known ones
+  for (const ParameterEstimate& estimate : found.parameters) sd[estimate.position] = estimate.sd;
+  Json parameters = parameters_json(found.model, sd);
   for (const ParameterEstimate& estimate : found.parameters) {
     Json& parameter = parameters[name_of(found, estimate)];
+    parameter["sd_model"] = estimate.white_sd;
     parameter["sd_hac"] = estimate.coloured_sd;
+    parameter["sd_blocks"] = estimate.block_sd;
     parameter["on_bound"] = estimate.on_bound;
   }
   return parameters;
@@ -99,12 +96,13 @@ std::string initial_line(const Model& model, const InitialStates& initial) {
 }
 
 std::string parameter_lines(const Identification& found) {
-  std::string text = fmt::format("  {:<20} {:>12}   {:<10} {:<10}\n", "", "value", "sd", "HAC sd");
+  std::string text = fmt::format("  {:<20} {:>12}   {:<10} {:<10} {:<10}\n", "", "value", "sd",
+                                 "HAC sd", "white sd");
   for (const ParameterEstimate& estimate : found.parameters) {
     const Parameter& p = found.model.parameters[estimate.position];
-    text += fmt::format("  {:<20} {:>12.6g}   {:<10.2g} {:<10.2g} {}{}\n", p.name, estimate.value,
-                        estimate.sd, estimate.coloured_sd, p.unit,
-                        estimate.on_bound ? "  (on its bound)" : "");
+    text += fmt::format("  {:<20} {:>12.6g}   {:<10.2g} {:<10.2g} {:<10.2g} {}{}\n", p.name,
+                        estimate.value, estimate.sd, estimate.coloured_sd, estimate.white_sd,
+                        p.unit, estimate.on_bound ? "  (on its bound)" : "");
   }
   return text;
 }
@@ -124,6 +122,20 @@ std::string correlation_lines(const Identification& found) {
 }
 
 }  // namespace
+
+ParameterBelief belief_of(const Identification& found) {
+  std::vector<int> told;
+  for (int i = 0; i < static_cast<int>(found.parameters.size()); ++i)
+    if (std::isfinite(found.parameters[i].sd) && !found.parameters[i].on_bound) told.push_back(i);
+  ParameterBelief belief{{}, SquareMatrix(static_cast<int>(told.size())), {}};
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    belief.names.push_back(name_of(found, found.parameters[told[i]]));
+    for (std::size_t j = 0; j < told.size(); ++j)
+      belief.covariance(static_cast<int>(i), static_cast<int>(j)) =
+          found.covariance(told[i], told[j]);
+  }
+  return belief;
+}
 
 FitSummary fit_summary(const Model& model, const std::vector<Record>& records,
                        const IdentifySettings& settings) {
@@ -158,6 +170,7 @@ nlohmann::ordered_json fit_json(const FitSummary& s) {
             {"starts_agreeing", found.agreeing},
             {"huber_scale", found.huber_scale},
             {"correlation", correlation_of(found)},
+            {"covariance", covariance_json(belief_of(found))},
             {"poorly_determined", poorly_determined(found)},
             {"criterion", found.noise ? "prediction" : "simulation"},
             {"seconds", s.seconds}};

@@ -7,6 +7,7 @@
 #include "armukf/batch/evaluate.hpp"
 #include "armukf/batch/identify.hpp"
 #include "armukf/core/record.hpp"
+#include "armukf/online/settings.hpp"
 
 namespace armukf {
 
@@ -15,6 +16,10 @@ struct FitSummary {
   Identification identification;
   double seconds = 0.0;
 };
+
+/// What a recursive estimate goes on from, with the model found: of the noise it knows nothing, nor
+/// of what the records did not determine.
+ParameterBelief belief_of(const Identification& found);
 
 /// The batch estimate, timed. InputError where no start can be simulated.
 FitSummary fit_summary(const Model& model, const std::vector<Record>& records,

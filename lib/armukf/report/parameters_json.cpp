@@ -16,6 +16,16 @@ nlohmann::ordered_json parameters_json(const Model& model, const std::vector<dou
   return object;
 }
 
+nlohmann::ordered_json covariance_json(const ParameterBelief& belief) {
+  auto rows = nlohmann::ordered_json::array();
+  for (int i = 0; i < belief.covariance.size(); ++i) {
+    auto row = nlohmann::ordered_json::array();
+    for (int j = 0; j < belief.covariance.size(); ++j) row.push_back(belief.covariance(i, j));
+    rows.push_back(row);
+  }
+  return {{"names", belief.names}, {"matrix", rows}};
+}
+
 std::string parameters_text(const Model& model, const std::vector<double>& sd) {
   std::string text;
   for (std::size_t i = 0; i < model.parameters.size(); ++i) {
