@@ -146,6 +146,25 @@ TEST_P(Filter, StaysPhysicalWithAPriorThreeTimesTooWide) {
   }
 }
 
+TEST_P(Filter, PriorTenTimesTooWideDoesNotKeepItFromWorking) {
+  constexpr int kMostResets = 20;
+  Model model = published_arm();
+  for (Parameter& p : model.parameters) p.spread *= 10.0;
+  Session session(model, settings_);
+  int resets = 0;
+  for (const Sample& sample : record(4000))
+    resets += step(session, sample).status == Status::kReset;
+  EXPECT_LE(resets, kMostResets);
+}
+
+TEST(Session, CovarianceIsSymmetricToTheLastBit) {
+  Session session(published_arm(), {});
+  run(session, record(400));
+  const SquareMatrix covariance = session.parameter_covariance();
+  for (int i = 0; i < covariance.size(); ++i)
+    for (int j = 0; j < i; ++j) EXPECT_EQ(covariance(i, j), covariance(j, i));
+}
+
 TEST_P(Filter, FindsTheArmItNeverSaw) {
   const Belief end = run(session_, record(6000));
   const Model truth = published_estimate();

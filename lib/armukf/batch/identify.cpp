@@ -197,10 +197,11 @@ void report_parameters(const Spread& spread, const std::vector<double>& block_sd
   result.correlation = SquareMatrix(n);
   result.covariance = SquareMatrix(n);
   for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) {
-      result.correlation(i, j) = correlation(spread.white, i, j);
-      result.covariance(i, j) = result.parameters[i].sd * result.parameters[j].sd *
-                                (i == j ? 1.0 : correlation(spread.coloured, i, j));
+    for (int j = 0; j <= i; ++j) {  // the other half would differ by rounding
+      result.correlation(i, j) = result.correlation(j, i) = correlation(spread.white, i, j);
+      result.covariance(i, j) = result.covariance(j, i) =
+          result.parameters[i].sd * result.parameters[j].sd *
+          (i == j ? 1.0 : correlation(spread.coloured, i, j));
     }
   }
 }

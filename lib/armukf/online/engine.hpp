@@ -131,7 +131,8 @@ class Engine {
     const int first = states();
     std::copy(z.begin(), z.end(), filter_.mean().begin() + first);
     refresh_parameters();
-    for (int k = 0; k < coordinates_->size(); ++k) filter_.forget(first + k, prior_sd(k));
+    for (int k = 0; k < coordinates_->size(); ++k)
+      filter_.forget(first + k, believed_spread_ * prior_sd(k));
     scores_ = {};
     widening_ = filled_with_one();
   }
@@ -180,6 +181,7 @@ class Engine {
   /// and with the noise that it has learnt. What is learnt of the noise begins anew.
   void look_again(const Engine& first) {
     const double* p = first.parameters();
+    believed_spread_ = first.believed_spread_;
     believe_parameters({p, p + model_->parameters.size()});
     noise_ = first.noise_;
     learnt_ = first.learnt_;
@@ -194,8 +196,11 @@ class Engine {
   const NoisePair& noise() const { return noise_; }
 
   /// Starts anew after the numbers went wrong: states at rest, and the parameters as last believed
-  /// (from the start if that is no number) with their prior spread.
+  /// (from the start if that is no number), with half the spread that they had at the last start: a
+  /// prior that reaches beyond what an arm can be would only fail again.
   void restart(double y) {
+    constexpr double kLeast = 1.0 / 16;  // of the prior's
+    believed_spread_ = std::max(kLeast, 0.5 * believed_spread_);
     std::vector<double> p;
     for (std::size_t i = 0; i < model_->parameters.size(); ++i)
       p.push_back(std::isfinite(parameters_[i]) ? parameters_[i] : model_->parameters[i].value);
@@ -303,7 +308,8 @@ class Engine {
     archive(filter_, noise_, watch_, learnt_, kick_, usual_dt_, steps_since_update_, opening_);
     archive(scores_, widening_, scored_at_, scores_keep_, samples_, seen_, expected_, since_fade_,
             faded_at_);
-    archive(last_.t, last_.dt, last_.u, parameters_, model_error_, adaptation_, updated_at_);
+    archive(believed_spread_, last_.t, last_.dt, last_.u, parameters_, model_error_, adaptation_,
+            updated_at_);
   }
 
  private:
@@ -493,9 +499,13 @@ class Engine {
     coordinates_->to_physical(filter_.mean().begin() + states(), parameters_.data());
   }
 
-  /// Prior deviation of the k-th free coordinate about the believed value.
+  /// Prior deviation of the k-th free coordinate about the believed value. Of one that reaches
+  /// further than kMostSpread a filter, which looks about its mean, sees nothing but arms that run
+  /// away.
   double prior_sd(int k) const {
-    return model_->parameters[coordinates_->unknowns()[k]].spread * natural_unit(k);
+    constexpr double kMostSpread = 1.5;  // relative: a factor of 4.5 either way
+    const double spread = model_->parameters[coordinates_->unknowns()[k]].spread;
+    return std::min(spread, kMostSpread) * natural_unit(k);
   }
 
   double natural_unit(int k) const {
@@ -540,7 +550,8 @@ class Engine {
   double kick_ = 0.0;      // (rad/s)/(N.m), what a torque adds to the driven mass's speed in a step
   double usual_dt_ = 0.0;  // s
   int steps_since_update_ = 0;
-  double opening_ = 0.0;  // (rad/s)^2, variance
+  double opening_ = 0.0;          // (rad/s)^2, variance
+  double believed_spread_ = 1.0;  // of the parameters' prior, with which they began last
   ScoreSpread<Shape::kSize> scores_;
   // What each coordinate's deviation is multiplied by; 1 where the noise is known.
   std::array<double, Shape::kSize> widening_ = filled_with_one();

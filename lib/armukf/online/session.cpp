@@ -54,7 +54,7 @@ std::vector<std::string_view> names_of(TypeList<F...> /*registry*/) {
   return {F::name...};
 }
 
-constexpr Seal kSeal{"armukf_s", 1};
+constexpr Seal kSeal{"armukf_s", 2};
 
 /// s; what is taken to lie between two clocks, at least: a gap by any measure.
 constexpr double kLeastPause = 10.0;
@@ -393,8 +393,9 @@ SquareMatrix Session::parameter_covariance() const {
   visit_leader([&](const auto& engine) {
     const auto P = [&](int i, int j) { return engine.covariance(i, j); };
     for (int i = 0; i < coordinates.size(); ++i)
-      for (int j = 0; j < coordinates.size(); ++j)
-        covariance(i, j) = coordinates.physical_covariance(i, j, engine.parameters(), P);
+      for (int j = 0; j <= i; ++j)  // the other half would differ by rounding
+        covariance(i, j) = covariance(j, i) =
+            coordinates.physical_covariance(i, j, engine.parameters(), P);
   });
   return covariance;
 }
