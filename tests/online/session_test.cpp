@@ -157,6 +157,14 @@ TEST_P(Filter, PriorTenTimesTooWideDoesNotKeepItFromWorking) {
   EXPECT_LE(resets, kMostResets);
 }
 
+TEST_P(Filter, NamesWhatTheSamplesDoNotTell) {
+  run(session_, record(6000));
+  EXPECT_EQ(session_.hardly_told(), std::vector<std::string>{});
+  Session still(published_arm(), settings_);
+  for (int k = 0; k < 6000; ++k) still.step({.t = 5e-4 * k, .u = 0.0, .y = 1e-3 * (k % 2)});
+  EXPECT_EQ(still.hardly_told().size(), 7U);
+}
+
 TEST(Session, CovarianceIsSymmetricToTheLastBit) {
   Session session(published_arm(), {});
   run(session, record(400));

@@ -12,7 +12,8 @@ RecursiveEstimate result_of(const Session& session, const std::string& filter, c
           .tally = tally,
           .seconds = seconds,
           .model_sd = session.model_deviations(),
-          .belief = session.belief()};
+          .belief = session.belief(),
+          .hardly_told = session.hardly_told()};
 }
 
 RecursiveEstimate estimate_record(Model start, const EstimatorSettings& settings,

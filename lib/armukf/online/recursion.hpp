@@ -21,6 +21,7 @@ struct RecursiveEstimate {
   double seconds = 0.0;          // spent on all passes
   std::vector<double> model_sd;  // as the belief has it, which takes model and noise at their word
   ParameterBelief belief;        // its covariance goes with sd
+  std::vector<std::string> hardly_told;  // names of parameters, see Session
 };
 
 /// What a session has come to.

@@ -144,6 +144,7 @@ struct Session::State {
   bool keeps_beginning = false;
   std::vector<double> values;
   std::vector<double> deviations;
+  std::vector<double> first_variances;  // of the free coordinates, before the first sample
 };
 
 Session::State::State(const Model& m, const EstimatorSettings& s)
@@ -177,6 +178,12 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
   values.resize(model.states.size() + coordinates.size());
   deviations.resize(values.size());
   report(runners.front());
+  std::visit(
+      [&](const auto& r) {
+        for (int k = 0; k < coordinates.size(); ++k)
+          first_variances.push_back(r.engine().covariance(k, k));
+      },
+      runners.front());
 }
 
 /// Ends the race once its time is over: the likeliest runner goes on alone.
@@ -398,6 +405,18 @@ SquareMatrix Session::parameter_covariance() const {
             coordinates.physical_covariance(i, j, engine.parameters(), P);
   });
   return covariance;
+}
+
+std::vector<std::string> Session::hardly_told() const {
+  constexpr double kLeft = 0.7;  // of the deviation: half of the variance
+  const std::vector<int>& unknowns = state_->coordinates.unknowns();
+  std::vector<std::string> names;
+  visit_leader([&](const auto& engine) {
+    for (int k = 0; k < static_cast<int>(unknowns.size()); ++k)
+      if (engine.covariance(k, k) > kLeft * kLeft * state_->first_variances[k])
+        names.push_back(state_->model.parameters[unknowns[k]].name);
+  });
+  return names;
 }
 
 ParameterBelief Session::belief() const {

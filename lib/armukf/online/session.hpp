@@ -84,6 +84,10 @@ class Session {
   /// Covariance of the unknown parameters, in their order, to go with parameter_deviations().
   SquareMatrix parameter_covariance() const;
 
+  /// Names of the unknown parameters of which the samples told hardly anything: more than 0.7 of
+  /// the deviation is left that they began with.
+  std::vector<std::string> hardly_told() const;
+
   /// The noise that was learnt, and how much of the innovations is none.
   LearntNoise noise() const;
 

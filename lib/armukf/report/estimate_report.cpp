@@ -1,6 +1,7 @@
 #include "armukf/report/estimate_report.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -154,6 +155,7 @@ nlohmann::ordered_json estimate_json(const EstimateSummary& s) {
   json["parameters"] = parameters_json(e.model, e.sd);
   for (std::size_t i = 0; i < e.model.parameters.size(); ++i)
     json["parameters"][e.model.parameters[i].name]["sd_model"] = e.model_sd[i];
+  json["poorly_determined"] = e.hardly_told;
   json["covariance"] = covariance_json(e.belief);
   json["seconds"] = e.seconds;
   json["samples_per_second"] = samples_per_second(e);
@@ -207,6 +209,9 @@ std::string estimate_text(const EstimateSummary& s) {
                   s.simulation.samples < e.tally.samples()
                       ? fmt::format(", over the first {} samples", s.simulation.samples)
                       : "");
+  if (!e.hardly_told.empty())
+    text += fmt::format("  note: these samples told hardly anything of {}\n",
+                        fmt::join(e.hardly_told, ", "));
   return text + noise_text(e);
 }
 
