@@ -2,10 +2,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "armukf/batch/evaluate.hpp"
 #include "armukf/batch/identify.hpp"
 #include "armukf/io/csv_reader.hpp"
-#include "armukf/online/recursion.hpp"
 #include "armukf/report/compare_report.hpp"
 #include "commands.hpp"
 #include "initial_options.hpp"
@@ -39,15 +37,7 @@ void compare(CompareOptions& o) {
   o.settings.initial = chosen_initial(o.initial, start.model, published_choice(start.model));
   const Record record = read_record(o.input, o.columns);
   const std::string start_text = find_start(o.start, o.model, record, o.columns, start);
-  const auto simulated = [&](const Model& model) {
-    return closing_simulation(model, record.samples, o.settings.propagation,
-                              o.settings.longest_gap_s);
-  };
-  Comparison found;
-  found.recursive.estimate = estimate_record(start.model, start.settings, record.samples, o.passes);
-  found.recursive.simulation = simulated(found.recursive.estimate.model);
-  found.batch = fit_summary(start.model, {record}, o.settings);
-  found.batch_simulation = simulated(found.batch.identification.model);
+  const Comparison found = comparison(start.model, start.settings, record, o.settings, o.passes);
   const Model truth = o.truth.empty() ? Model{} : read_model_file(o.truth).model;
   write_report(o.report, start_text + compare_text(found, o.truth.empty() ? nullptr : &truth),
                compare_json(found));

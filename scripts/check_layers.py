@@ -15,7 +15,7 @@ from pathlib import Path
 # What each layer may include besides itself. The four above core know nothing of each other, nor do
 # the two jobs above these; a diagnosis is a job that is made of batch fits. Streams stand aside:
 # only what reads and writes files knows them, reports and the program. Above all others stands
-# armukf.hpp, what a user of the library includes.
+# armukf.hpp, what a user of the library includes; the Python package stands where the program does.
 CORE = {"core"}
 TOOLS = CORE | {"model", "filter", "ode", "fit"}
 JOBS = TOOLS | {"online", "batch", "diagnosis"}
@@ -27,6 +27,7 @@ BELOW = {
     "online": TOOLS, "batch": TOOLS, "diagnosis": TOOLS | {"batch"},
     "report": JOBS | {"io"},
     "armukf.hpp": JOBS | {"io", "report"},
+    "python": LIBRARY,
     "apps": LIBRARY,
     "tests": LIBRARY,
 }
@@ -42,6 +43,8 @@ def layer_of(path):
     parts = path.split("/")
     if parts[:2] == ["lib", "armukf"]:
         return parts[2] if len(parts) > 2 and parts[2] in LIBRARY else None
+    if parts[:2] == ["lib", "python"]:
+        return "python"
     return parts[0] if parts[0] in BELOW else None
 
 
@@ -117,6 +120,9 @@ CASES = [
     ("lib/armukf/io/a.cpp", '#include "there.hpp"', True),  # in apps/
     ("lib/armukf/misc/a.cpp", '', True),
     ("lib/armukf/a.hpp", '', True),
+    ("lib/python/a.cpp", '#include "armukf/report/b.hpp"', False),
+    ("lib/python/a.cpp", '#include "there.hpp"', True),  # in apps/
+    ("lib/armukf/report/a.cpp", '#include "../../python/there.hpp"', True),
     ("apps/a.cpp", '#include "armukf/io/b.hpp"', False),
     ("apps/a.cpp", '#include "armukf/misc/b.hpp"', True),
     ("tests/io/a_test.cpp", '#include "armukf/io/b.hpp"', False),
@@ -137,6 +143,8 @@ def self_check():
             written = {".gitignore": "/build/", "apps/there.hpp": "", path: f"\n{line}\n"}
             if "../batch" in line:
                 written["lib/armukf/batch/there.hpp"] = ""
+            if "/python/" in line:
+                written["lib/python/there.hpp"] = ""
             for name, text in written.items():
                 (root / name).parent.mkdir(parents=True, exist_ok=True)
                 (root / name).write_text(text)

@@ -141,6 +141,18 @@ TEST(ModelFile, OnlyWhatIsGivenChanges) {
   EXPECT_EQ(content.settings.noise.parameter_walk.start, Noise{}.parameter_walk.start);
 }
 
+TEST(ModelFile, TextOverAnotherKeepsWhatItLeavesOut) {
+  const ModelFile before = unusual_content();
+  EXPECT_EQ(model_file_text(parse_model_file("", "change", before)), model_file_text(before));
+  ModelFile wanted = before;
+  wanted.model.parameter("k_g1").lower = 0.5;  // wider than it was
+  wanted.settings.noise.sensor = 0.25;
+  wanted.model.add_effect("backlash");
+  const ModelFile changed = parse_model_file(
+      "noise.sensor = 0.25\nparameters.k_g1.lower = 0.5\neffects = ['backlash']", "change", before);
+  EXPECT_EQ(model_file_text(changed), model_file_text(wanted));
+}
+
 TEST(ModelFile, MalformedTextNamesItsLine) {
   EXPECT_EQ(fault("\n\nk = = 1\n"),
             "arm.toml:3: Error while parsing value: could not determine value type");

@@ -78,6 +78,19 @@ std::string outcome_lines(const Comparison& c) {
 
 }  // namespace
 
+Comparison comparison(const Model& model, const EstimatorSettings& settings, const Record& record,
+                      const IdentifySettings& batch, int passes) {
+  const auto simulated = [&](const Model& found) {
+    return closing_simulation(found, record.samples, batch.propagation, batch.longest_gap_s);
+  };
+  Comparison found;
+  found.recursive.estimate = estimate_record(model, settings, record.samples, passes);
+  found.recursive.simulation = simulated(found.recursive.estimate.model);
+  found.batch = fit_summary(model, {record}, batch);
+  found.batch_simulation = simulated(found.batch.identification.model);
+  return found;
+}
+
 Json compare_json(const Comparison& c) {
   Json parameters = Json::object();
   for (const Row& row : rows_of(c))

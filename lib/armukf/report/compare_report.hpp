@@ -15,6 +15,10 @@ struct Comparison {
   ClosingSimulation batch_simulation;  // found as the recursive estimate's is
 };
 
+/// The estimate of the record, `passes` times over, beside its batch fit; both from the model.
+Comparison comparison(const Model& model, const EstimatorSettings& settings, const Record& record,
+                      const IdentifySettings& batch, int passes = 1);
+
 /// {"recursive", "batch", "batch_simulation", "parameters": {NAME: both, and how they differ}}.
 /// Both are simulated alike, from initial states of the record's first tenth. A difference is
 /// recursive minus batch: in percent of the batch value (null where that is 0), and in standard

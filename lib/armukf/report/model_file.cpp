@@ -37,8 +37,8 @@ void check_bounds(const Parameter& p, double least, const TomlEntry& entry) {
                            p.upper, p.unit));
 }
 
-void read_parameter(Parameter& p, const TomlEntry& entry) {
-  const double least = p.lower;
+/// least: that the parameter may be, whatever is known of this arm.
+void read_parameter(Parameter& p, double least, const TomlEntry& entry) {
   for (const TomlEntry& field :
        entry.fields({"value", "known", "lower", "upper", "scale", "spread"})) {
     if (field.name() == "value") p.value = field.number(Range::kAny);
@@ -118,8 +118,12 @@ void read_effects(Model& model, const TomlEntry& entry) {
 }
 
 void read_parameters(Model& model, const TomlEntry& entry) {
-  for (const TomlEntry& field : entry.fields())
-    read_parameter(*field.placed([&] { return &model.parameter(field.name()); }), field);
+  Model usual = published_arm();
+  for (const EffectSlot& slot : model.effects) usual.add_effect(slot.name());
+  for (const TomlEntry& field : entry.fields()) {
+    Parameter& p = *field.placed([&] { return &model.parameter(field.name()); });
+    read_parameter(p, usual.parameter(p.name).lower, field);
+  }
   entry.placed([&] { model.check(); });
 }
 
@@ -177,11 +181,11 @@ ParameterBelief read_belief(const TomlEntry& entry) {
 
 }  // namespace
 
-ModelFile parse_model_file(const std::string& text, const std::string& name) {
+ModelFile parse_model_file(const std::string& text, const std::string& name, ModelFile before) {
   const toml::table root = parse(text, name);
   std::vector<std::string_view> known{"belief", "effects", "parameters"};
   known.insert(known.end(), kSettingsSections.begin(), kSettingsSections.end());
-  ModelFile content;
+  ModelFile content = std::move(before);
   // In alphabetical order: the effects come before the parameters that they bring.
   for (const TomlEntry& entry : TomlEntry(name, root).fields(known)) {
     if (entry.name() == "effects") {

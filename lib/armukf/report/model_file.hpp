@@ -26,8 +26,9 @@ ModelFile to_begin_with(Model model, EstimatorSettings settings);
 /// Throws InputError, `FILE:LINE: KEY: what is wrong`.
 ModelFile read_model_file(const std::string& path);
 
-/// The same from text; `name` stands for the file in messages.
-ModelFile parse_model_file(const std::string& text, const std::string& name);
+/// The same from text, over `before` in place of the defaults; `name` stands for the file in
+/// messages.
+ModelFile parse_model_file(const std::string& text, const std::string& name, ModelFile before = {});
 
 /// The complete file, with units and meanings in comments. It reads back to the same numbers
 /// exactly.
