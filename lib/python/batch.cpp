@@ -59,11 +59,8 @@ InitialChoice chosen(InitialChoice choice, const std::optional<std::vector<int>>
   return choice;
 }
 
-/// What a fit ends with: what an estimate believed was of other values.
-ModelFile without_belief(const Model& model, const ModelFile& start) {
-  ModelFile file{model, start.settings};
-  file.settings.belief.reset();
-  return file;
+ModelFile to_go_on_from_fit(const Identification& found, const ModelFile& start) {
+  return to_go_on_from(found.model, start.settings, belief_of(found));
 }
 
 IdentifySettings settings_of(const ModelFile& start) {
@@ -75,7 +72,8 @@ IdentifySettings settings_of(const ModelFile& start) {
 
 py::tuple fitted(const std::vector<NamedRows>& rows, const ModelFile& start, bool predicts,
                  int starts, std::uint64_t seed, int threads, bool robust, int iterations,
-                 const std::optional<std::vector<int>>& free, const std::map<int, double>& given) {
+                 bool blocks, const std::optional<std::vector<int>>& free,
+                 const std::map<int, double>& given) {
   const std::vector<Record> records = records_in(rows);
   IdentifySettings settings = settings_of(start);
   settings.criterion = predicts ? Criterion::kPrediction : Criterion::kSimulation;
@@ -86,6 +84,7 @@ py::tuple fitted(const std::vector<NamedRows>& rows, const ModelFile& start, boo
   settings.threads = threads;
   settings.robust = robust;
   settings.iterations = iterations;
+  settings.jackknife = blocks;
   FitSummary summary;
   std::string json;
   {
@@ -93,7 +92,7 @@ py::tuple fitted(const std::vector<NamedRows>& rows, const ModelFile& start, boo
     summary = fit_summary(start.model, records, settings);
     json = fit_json(summary).dump();
   }
-  return py::make_tuple(json, without_belief(summary.identification.model, start));
+  return py::make_tuple(json, to_go_on_from_fit(summary.identification, start));
 }
 
 py::tuple compared(const NamedRows& rows, const ModelFile& start, int passes, int starts,
@@ -113,7 +112,7 @@ py::tuple compared(const NamedRows& rows, const ModelFile& start, int passes, in
   }
   const RecursiveEstimate& recursive = found.recursive.estimate;
   return py::make_tuple(json, to_go_on_from(recursive.model, start.settings, recursive.belief),
-                        without_belief(found.batch.identification.model, start));
+                        to_go_on_from_fit(found.batch.identification, start));
 }
 
 py::tuple evaluated(const std::vector<NamedRows>& rows, const ModelFile& start,

@@ -95,8 +95,9 @@ class ParameterEstimate:
     unit: str
     known: bool
     sd: float  # 0 for a known one
-    sd_model: float | None = None  # of a recursive estimate, taking model and noise at their word
-    sd_hac: float | None = None  # of a fit, for residuals of any colour
+    sd_model: float | None = None  # that takes model and noise at their word
+    sd_hac: float | None = None  # of a fit, for stationary residuals of any colour
+    sd_blocks: float | None = None  # of a fit, by leaving an eighth of the records out in turn
     on_bound: bool = False
 
     def __str__(self) -> str:
