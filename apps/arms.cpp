@@ -24,6 +24,7 @@
 #include "armukf/io/csv_writer.hpp"
 #include "armukf/online/track.hpp"
 #include "armukf/report/estimate_report.hpp"
+#include "armukf/report/event_report.hpp"
 #include "checkpoints.hpp"
 #include "complaints.hpp"
 #include "first_failure.hpp"
@@ -86,8 +87,9 @@ class Models {
 class Arm {
  public:
   Arm(std::string name, const ModelFile& start, Arrival arrival,
-      const std::vector<std::string>& columns)
+      const std::vector<std::string>& columns, bool watched)
       : name_(std::move(name)), start_(&start), track_(start.model, start.settings, arrival) {
+    if (watched) track_.watch(start.model, start.settings);
     const std::vector<std::string> own = augmented_names(start.model);
     for (const std::string& column : columns) {
       const auto found = std::ranges::find(own, column);
@@ -122,6 +124,8 @@ class Arm {
 
   /// Rows since this was asked last; whoever takes them gives the text back for its memory.
   std::string& rows() { return rows_.text(); }
+  /// The same of lines about events.
+  std::string& events() { return events_; }
 
   Clock::time_point seen;
   std::list<Arm*>::iterator place;  // among those seen lately
@@ -136,6 +140,7 @@ class Arm {
       write(e->values);
       write(e->deviations);
       rows_.end_row();
+      for (const Event& event : track_.events()) events_ += event_line(event, name_);
     }
   }
 
@@ -156,6 +161,7 @@ class Arm {
   std::array<std::vector<Sample>, 2> inboxes_;
   std::size_t filled_ = 0;
   CsvWriter rows_;
+  std::string events_;
 };
 
 struct NameHash {
@@ -174,8 +180,9 @@ class Arms {
         columns_(models_.columns()),
         complaints_(job.report.quiet),
         rows_(job.input, job.columns, job.stream, complaints_),
-        checkpoints_(job.stream.checkpoint, job.stream.every_s, complaints_) {
-    if (job.report.json != "-") output_.emplace("-", stop_flag());
+        checkpoints_(job.stream.checkpoint, job.stream.every_s, complaints_),
+        events_(job.watch.events) {
+    if (job.report.json != "-" && job.watch.events != "-") output_.emplace("-", stop_flag());
     if (!job.save.empty()) fs::create_directories(job.save);
     if (!job.stream.resume.empty())
       resume_from(job.stream.resume, [this](const std::string& bytes) { load(bytes); });
@@ -225,7 +232,8 @@ class Arms {
   }
 
   std::unique_ptr<Arm> made(const std::string& name) const {
-    return std::make_unique<Arm>(name, models_.of(name), rows_.arrival(), columns_);
+    return std::make_unique<Arm>(name, models_.of(name), rows_.arrival(), columns_,
+                                 job_.watch.watch);
   }
 
   /// Has the batch that was read worked on, and writes what came of the one before. at_once:
@@ -270,6 +278,8 @@ class Arms {
       output_->append_rows(arm.rows());
     }
     arm.rows().clear();
+    events_.put(arm.events());
+    arm.events().clear();
   }
 
   void write_head() {
@@ -368,7 +378,8 @@ class Arms {
           estimate_json({result_of(arm->track().session(), arm->start().settings.filter,
                                    arm->track().tally(), seconds),
                          {},
-                         arm->track().counts()});
+                         arm->track().counts(),
+                         summary_of(arm->track().watch())});
       for (const char* of_all : {"simulation", "seconds", "samples_per_second"}) one.erase(of_all);
       json["arms"][arm->name()] = std::move(one);
     }
@@ -402,6 +413,7 @@ class Arms {
   Complaints complaints_;
   Rows rows_;
   Checkpoints checkpoints_;
+  EventLog events_;
   std::optional<CsvWriter> output_;
   Clock::time_point begin_ = Clock::now();
   Clock::time_point now_ = begin_;

@@ -8,6 +8,7 @@
 #include "model_options.hpp"
 #include "report_options.hpp"
 #include "stream_options.hpp"
+#include "watch_options.hpp"
 
 namespace armukf::apps {
 
@@ -33,6 +34,7 @@ struct ArmsJob {
   ReportOptions report;
   Columns columns;
   StreamOptions stream;
+  WatchOptions watch;
 };
 
 /// Rows of all arms to standard output, the arm's name first; a column that an arm lacks is empty.

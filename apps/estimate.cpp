@@ -18,6 +18,7 @@
 #include "armukf/online/session.hpp"
 #include "armukf/online/track.hpp"
 #include "armukf/report/estimate_report.hpp"
+#include "armukf/report/event_report.hpp"
 #include "armukf/report/score_json.hpp"
 #include "checkpoints.hpp"
 #include "commands.hpp"
@@ -31,6 +32,7 @@
 #include "signals.hpp"
 #include "start_options.hpp"
 #include "stream_options.hpp"
+#include "watch_options.hpp"
 
 namespace armukf::apps {
 namespace {
@@ -55,12 +57,14 @@ struct EstimateOptions {
   Columns columns;
   StreamOptions stream;
   ArmsOptions arms;
+  WatchOptions watch;
 };
 
 /// What one pass over the input leaves.
 struct Pass {
   RecursiveEstimate estimate;
   StreamCounts input;
+  std::optional<WatchSummary> watch;
   std::vector<Sample> samples;  // the first kMostSimulated
   std::vector<ScoredPart> parts;
   std::exception_ptr failure;  // what ended it early
@@ -77,8 +81,10 @@ class Stream {
         rows_(o.input, o.columns, o.stream, complaints_),
         track_(start.model, start.settings, rows_.arrival()),
         progress_(rows_.reader().size(), o.report.quiet),
-        checkpoints_(o.stream.checkpoint, o.stream.every_s, complaints_) {
+        checkpoints_(o.stream.checkpoint, o.stream.every_s, complaints_),
+        events_(o.watch.events) {
     pass_.parts.resize(1);
+    if (o.watch.watch) track_.watch(start.model, start.settings);
     if (!o.stream.resume.empty())
       resume_from(o.stream.resume, [this](const std::string& bytes) { track_.load(bytes); });
     if (o.stream.new_clock) track_.expect_new_clock();
@@ -95,6 +101,7 @@ class Stream {
     pass_.estimate =
         result_of(track_.session(), start_.settings.filter, track_.tally(), taken.count());
     pass_.input = track_.counts();
+    pass_.watch = summary_of(track_.watch());
     return std::move(pass_);
   }
 
@@ -149,8 +156,14 @@ class Stream {
         headed_ = true;
         write_row(*writer_, *estimate);
       }
+      for (const Event& event : track_.events()) say_event(event);
       keep(estimate->sample);
     }
+  }
+
+  void say_event(const Event& event) {
+    events_.put(event_line(event));
+    complaints_.say(event_text(event));
   }
 
   void score(const Estimate& estimate) {
@@ -175,6 +188,7 @@ class Stream {
   Track track_;
   Progress progress_;
   Checkpoints checkpoints_;
+  EventLog events_;
   Clock::time_point begin_ = Clock::now();
   Pass pass_;
   bool headed_ = false;
@@ -188,7 +202,7 @@ Pass all_passes(const EstimateOptions& o, ModelFile start) {
     if (is_stopped() || early.failure) return early;
     start.model = early.estimate.model;
   }
-  if (o.score || o.report.json == "-")
+  if (o.score || o.report.json == "-" || o.watch.events == "-")
     return Stream(o, start, nullptr).result();  // which has standard output to itself
   CsvWriter writer("-", stop_flag());
   return Stream(o, start, &writer).result();
@@ -203,6 +217,9 @@ ClosingSimulation simulated(const Pass& pass, const EstimatorSettings& settings)
 
 void check_options(const EstimateOptions& o) {
   check_stream_options(o.stream, o.input);
+  check_watch_options(o.watch, o.stream, o.report.json);
+  if (o.watch.watch && (o.passes > 1 || o.score))
+    throw InputError("--watch: neither with --passes nor with --score");
   const bool lasting = !o.stream.checkpoint.empty() || !o.stream.resume.empty();
   if (lasting && (o.passes > 1 || o.score))
     throw InputError("--checkpoint, --resume: neither with --passes nor with --score");
@@ -231,7 +248,8 @@ void report(const EstimateOptions& o, const ModelFile& start, const Pass& pass) 
         [&] { write_json({.json = "-", .quiet = true}, score_json(pass.estimate, pass.parts)); });
     return failure.rethrow();
   }
-  const EstimateSummary summary{pass.estimate, simulated(pass, start.settings), pass.input};
+  const EstimateSummary summary{pass.estimate, simulated(pass, start.settings), pass.input,
+                                pass.watch};
   failure.of([&] { write_json(o.report, estimate_json(summary)); });
   if (!o.report.quiet) say(estimate_text(summary));
   failure.rethrow();
@@ -249,8 +267,8 @@ void estimate(const EstimateOptions& o) {
     stop_on_signals();
     Columns columns = o.columns;
     columns.key = o.arms.key;
-    return estimate_arms(
-        {o.input, o.filter, o.forget, o.save, o.arms, o.model, o.report, columns, o.stream});
+    return estimate_arms({o.input, o.filter, o.forget, o.save, o.arms, o.model, o.report, columns,
+                          o.stream, o.watch});
   }
   ModelFile start = chosen_model(o.model);
   choose_filter(start.settings, o.filter);
@@ -302,6 +320,7 @@ void add_estimate(CLI::App& program) {
   add_columns_option(command, o->columns);
   add_stream_options(command, o->stream);
   add_arms_options(command, o->arms);
+  add_watch_options(command, o->watch);
   command.callback([o] { estimate(*o); });
 }
 

@@ -28,4 +28,5 @@
 #include "armukf/online/session.hpp"     // the recursive estimate, sample by sample
 #include "armukf/online/smoother.hpp"    // states and parameters given the whole record
 #include "armukf/online/track.hpp"       // the same of a stream as it comes, late and twice
+#include "armukf/online/watch.hpp"       // what changes while it runs
 #include "armukf/report/model_file.hpp"  // models from and to TOML files

@@ -40,16 +40,21 @@ State moved(const State& from, double h, const State& rate) {
 }  // namespace
 
 Arm::Arm(const ArmValues& values, const Effects& effects, double duration, double external_phase)
-    : p_(values), e_(effects), duration_(duration), external_phase_(external_phase) {
+    : e_(effects), duration_(duration), external_phase_(external_phase) {
+  become(values);
+  if (e_.drive_lag > 0.0) e_.drive_lag = std::max(e_.drive_lag, kShortestLag);
+  if (e_.sensor_lag > 0.0) e_.sensor_lag = std::max(e_.sensor_lag, kShortestLag);
+  if (e_.presliding_way > 0.0) e_.presliding_way = std::max(e_.presliding_way, kShortestWay);
+}
+
+void Arm::become(const ArmValues& values) {
+  p_ = values;
   inertia_ = {p_.J * p_.a_m, p_.J * p_.a_g, p_.J * (1.0 - p_.a_m - p_.a_g) + e_.payload};
   for (std::size_t i = 0; i < e_.oscillators.size(); ++i) {
     double& site = inertia_[static_cast<std::size_t>(e_.oscillators[i].site)];
     oscillator_inertia_[i] = e_.oscillators[i].share * site;
     site -= oscillator_inertia_[i];
   }
-  if (e_.drive_lag > 0.0) e_.drive_lag = std::max(e_.drive_lag, kShortestLag);
-  if (e_.sensor_lag > 0.0) e_.sensor_lag = std::max(e_.sensor_lag, kShortestLag);
-  if (e_.presliding_way > 0.0) e_.presliding_way = std::max(e_.presliding_way, kShortestWay);
 }
 
 double Arm::drive_torque(double t, const State& state, double u, double& lag_rate) const {

@@ -51,6 +51,9 @@ class Arm {
  public:
   Arm(const ArmValues& values, const Effects& effects, double duration, double external_phase);
 
+  /// Goes on with other values, where it is.
+  void become(const ArmValues& values);
+
   /// Over h (s) from t under the commanded torque u (N.m), its delay already seen to, and a torque
   /// at the motor that nobody commands.
   void advance(double t, double h, double u, double disturbance);

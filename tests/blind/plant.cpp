@@ -24,6 +24,8 @@ constexpr std::string_view kUsage =
     "                   [--truth FILE.json]\n"
     "                   [--sensor-noise SD] [--sensor-pole P] [--torque-noise SD]\n"
     "                   [--torque-pole P] [--noise-seed N]   instead of what the seed draws\n"
+    "                   [--motion square|random|moves] [--period S] [--change WHAT=SIZE@T]...\n"
+    "                   [--drift WHAT=SIZE@T]...   evenly from T to the end of the record\n"
     "       blind_plant --effects   names, with unit, a typical and the largest size\n";
 
 constexpr double kLargestPole = 0.9999;  // beyond it the noise hardly forgets within a record
@@ -57,6 +59,9 @@ struct Options {
   std::vector<std::string> effects;
   double noise_factor = 1.0;
   double duration = 10.0;  // s
+  double period = 0.0;     // s, of the motion; 0: that of the record
+  std::optional<Motion> motion;
+  std::vector<Change> changes;
   NoiseChoice noise;
   std::vector<Output> outputs;
   std::string truth;
@@ -75,6 +80,25 @@ double number(const std::string& text, double lower, double upper) {
   return value;
 }
 
+Motion motion_of(const std::string& name) {
+  if (name == "square") return Motion::kSquareAndMultisine;
+  if (name == "random") return Motion::kRandomPhase;
+  if (name == "moves") return Motion::kMoves;
+  throw UsageError("unknown motion '" + name + "'");
+}
+
+/// WHAT=SIZE@T
+Change change_of(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  const std::size_t at = text.find('@');
+  if (equals == std::string::npos || at == std::string::npos || at < equals)
+    throw UsageError("'" + text + "' is no change");
+  Change change{text.substr(0, equals), number(text.substr(equals + 1, at - equals - 1), -1e3, 1e3),
+                number(text.substr(at + 1), 0.0, 1e6), 0.0};
+  if (!can_change(change.what)) throw UsageError("'" + change.what + "' cannot change");
+  return change;
+}
+
 Options options_of(const std::vector<std::string>& arguments) {
   Options o;
   if (arguments.size() % 2 != 0) throw UsageError("an option without its value");
@@ -89,7 +113,14 @@ Options options_of(const std::vector<std::string>& arguments) {
       o.noise_factor = number(value, 0.0, 100.0);
     else if (name == "--duration")
       o.duration = number(value, 1.0, 1000.0);
-    else if (name == "--estimation")
+    else if (name == "--period")
+      o.period = number(value, 1.0, 1000.0);
+    else if (name == "--motion")
+      o.motion = motion_of(value);
+    else if (name == "--change" || name == "--drift") {
+      o.changes.push_back(change_of(value));
+      if (name == "--drift") o.changes.back().duration = o.duration - o.changes.back().from;
+    } else if (name == "--estimation")
       o.outputs.push_back({Use::kEstimation, value});
     else if (name == "--validation")
       o.outputs.push_back({Use::kValidation, value});
@@ -134,10 +165,12 @@ void list_effects() {
 void write_records(const Options& o) {
   World world = drawn_world(o.seed);
   o.noise.apply_to(world);
+  if (o.motion) world.motion = *o.motion;
   const Effects effects = effects_of(o);
   std::vector<Record> records;
   for (const Output& output : o.outputs) {
-    records.push_back(recorded(world, effects, output.use, o.duration, o.noise_factor));
+    records.push_back(
+        recorded(world, effects, output.use, o.duration, o.noise_factor, o.changes, o.period));
     write_csv(output.path, records.back().samples);
   }
   if (!o.truth.empty()) write_truth(o.truth, world, effects, records);

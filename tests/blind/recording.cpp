@@ -13,11 +13,12 @@ namespace blind {
 namespace {
 
 constexpr int kSubsteps = 4;
-constexpr double kRunIn = 3.0;           // s, after which little of the start is left
-constexpr double kRunaway = 1000.0;      // rad/s, that no stable loop reaches
-constexpr double kLimit = 30.0;          // N.m, of the command
-constexpr double kMostAtLimit = 0.1;     // of the samples; a loop beyond it hunts
-constexpr double kDropoutSamples = 8.0;  // mean length
+constexpr double kRunIn = 3.0;               // s, after which little of the start is left
+constexpr double kLongestAddedDelay = 0.05;  // s
+constexpr double kRunaway = 1000.0;          // rad/s, that no stable loop reaches
+constexpr double kLimit = 30.0;              // N.m, of the command
+constexpr double kMostAtLimit = 0.1;         // of the samples; a loop beyond it hunts
+constexpr double kDropoutSamples = 8.0;      // mean length
 
 class Noise {
  public:
@@ -74,9 +75,10 @@ class SpeedLoop {
 /// Commands held for a sample each, seen through a delay that need not be whole samples.
 class DelayLine {
  public:
-  explicit DelayLine(double delay) : delay_(delay / kSampleTime) {
-    held_.assign(static_cast<std::size_t>(delay_) + 2, 0.0);
+  DelayLine(double delay, double longest) : delay_(delay / kSampleTime) {
+    held_.assign(static_cast<std::size_t>(longest / kSampleTime) + 2, 0.0);
   }
+  void become(double delay) { delay_ = delay / kSampleTime; }
   void hold(double u) {
     held_.push_front(u);
     held_.pop_back();
@@ -109,7 +111,7 @@ void refuse_hunting(const std::vector<Sample>& samples) {
 }  // namespace
 
 Record recorded(const World& world, const Effects& effects, Use use, double duration,
-                double noise_factor) {
+                double noise_factor, const std::vector<Change>& changes, double period) {
   const auto stream = static_cast<std::uint64_t>(use);
   Draw plan(world.seed, 10 + stream);
   Noise sensor(world.sensor, noise_factor, Draw(world.noise_seed, 20 + stream));
@@ -118,15 +120,26 @@ Record recorded(const World& world, const Effects& effects, Use use, double dura
   Record record{use == Use::kTest ? world.test_motion : world.motion, {}, {}};
 
   const int samples = static_cast<int>(std::lround(duration / kSampleTime));
-  const std::vector<double> speed = reference(record.motion, samples, plan);
+  const std::vector<double> speed =
+      reference(record.motion,
+                period > 0.0 ? static_cast<int>(std::lround(period / kSampleTime)) : samples, plan);
+  const int repeats = static_cast<int>(speed.size());
   const int run_in = static_cast<int>(std::lround(kRunIn / kSampleTime));
   Arm arm(world.arm, effects, duration, plan.phase());
-  DelayLine delay(effects.input_delay);
+  Machine machine{world.arm, {}};
+  DelayLine delay(effects.input_delay, effects.input_delay + kLongestAddedDelay);
   SpeedLoop loop(world.controller);
   for (int n = -run_in; n < samples; ++n) {
-    const double y = counts.seen(arm.measured_speed() + sensor.next());
+    if (!changes.empty() && n >= 0) {
+      machine = changed(world.arm, changes, n * kSampleTime);
+      arm.become(machine.arm);
+      delay.become(effects.input_delay + machine.wiring.input_delay);
+    }
+    const Wiring& wiring = machine.wiring;
+    const double y = counts.seen(wiring.sensor_gain * (arm.measured_speed() + sensor.next()) +
+                                 wiring.sensor_bias);
     if (!(std::abs(y) < kRunaway)) throw std::runtime_error("the speed loop is unstable");
-    const double u = loop.torque(speed[((n % samples) + samples) % samples], y);
+    const double u = loop.torque(speed[((n % repeats) + repeats) % repeats], y);
     if (n == 0) record.start = arm.state();
     if (n >= 0) record.samples.push_back({u, y});
     delay.hold(u);
@@ -134,7 +147,8 @@ Record recorded(const World& world, const Effects& effects, Use use, double dura
     for (int i = 0; i < kSubsteps; ++i) {
       constexpr double kPart = 1.0 / kSubsteps;
       arm.advance((n + i * kPart) * kSampleTime, kPart * kSampleTime,
-                  delay.mean(i * kPart, (i + 1) * kPart), disturbance);
+                  wiring.torque_gain * delay.mean(i * kPart, (i + 1) * kPart),
+                  disturbance + wiring.torque_bias);
     }
   }
   refuse_hunting(record.samples);

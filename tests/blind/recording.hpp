@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "changes.hpp"
 #include "reference.hpp"
 #include "world.hpp"
 
@@ -23,10 +24,11 @@ struct Record {
 enum class Use : std::uint8_t { kEstimation, kValidation, kTest };
 
 /// The arm under speed control, some seconds after it started from rest. Motion, phases and noise
-/// are those of the world's seed and of the use; `noise_factor` is on both noises. Throws
-/// std::runtime_error if the loop is unstable or hunts from limit to limit.
+/// are those of the world's seed and of the use; `noise_factor` is on both noises; the speed to
+/// follow repeats every `period` (s), by default once. Throws std::runtime_error if the loop is
+/// unstable or hunts from limit to limit.
 Record recorded(const World& world, const Effects& effects, Use use, double duration,
-                double noise_factor);
+                double noise_factor, const std::vector<Change>& changes = {}, double period = 0.0);
 
 void write_csv(const std::string& path, const std::vector<Sample>& samples);
 

@@ -126,6 +126,8 @@ struct Session::State {
   void keep(const Sample& sample);
   const AnyRunner& leader() const;
   double session_time(double t) const;
+  double usual_interval() const { return last_interval > 0.0 ? last_interval : 1.0; }
+  void as_measured(Estimate& estimate) const;
 
   template <class Archive>
   void archive(Archive& archive);
@@ -140,7 +142,9 @@ struct Session::State {
   double clock_offset = 0.0;        // s, from the samples' clock to the session's, which goes on
   bool new_clock = false;           // of the next sample
   double last_torque = 0.0;         // N.m
-  std::vector<Sample> beginning;    // for a second look
+  Condition wiring;                 // of drive and sensor, where a change has been found
+  TorqueMemory torques;
+  std::vector<Sample> beginning;  // for a second look
   bool keeps_beginning = false;
   std::vector<double> values;
   std::vector<double> deviations;
@@ -244,6 +248,10 @@ Sample Session::State::usable(Sample sample) {
   if (!(std::abs(sample.y) < kRunawaySpeed)) sample.y = kNaN;
   if (!std::isfinite(sample.u)) sample.u = last_torque;
   last_torque = sample.u;
+  torques.take(sample.u);
+  sample.u = (1.0 + wiring.torque_gain) * torques.before(wiring.input_delay / usual_interval()) +
+             wiring.torque_bias;
+  sample.y = (sample.y - wiring.sensor_bias) / (1.0 + wiring.sensor_gain);
   last_time = sample.t;
   return sample;
 }
@@ -277,12 +285,21 @@ Estimate Session::State::step(const Sample& raw) {
         runner);
   }
   report(*leader);
+  as_measured(estimate);
   if (estimate.status == Status::kMissing && !std::isnan(raw.y))
     estimate.status = Status::kRejected;
   estimate.values = values;
   estimate.deviations = deviations;
   decide();
   return estimate;
+}
+
+/// What the sensor shows of what is predicted.
+void Session::State::as_measured(Estimate& e) const {
+  const double gain = 1.0 + wiring.sensor_gain;
+  e.predicted = gain * e.predicted + wiring.sensor_bias;
+  e.innovation *= gain;
+  e.innovation_sd *= gain;
 }
 
 /// The likeliest of those that still race.
@@ -395,8 +412,13 @@ std::vector<double> Session::model_deviations() const {
 }
 
 SquareMatrix Session::parameter_covariance() const {
+  SquareMatrix covariance(state_->coordinates.size());
+  covariance_into(covariance);
+  return covariance;
+}
+
+void Session::covariance_into(SquareMatrix& covariance) const {
   const FreeCoordinates& coordinates = state_->coordinates;
-  SquareMatrix covariance(coordinates.size());
   visit_leader([&](const auto& engine) {
     const auto P = [&](int i, int j) { return engine.covariance(i, j); };
     for (int i = 0; i < coordinates.size(); ++i)
@@ -404,7 +426,6 @@ SquareMatrix Session::parameter_covariance() const {
         covariance(i, j) = covariance(j, i) =
             coordinates.physical_covariance(i, j, engine.parameters(), P);
   });
-  return covariance;
 }
 
 std::vector<std::string> Session::hardly_told() const {
@@ -420,10 +441,41 @@ std::vector<std::string> Session::hardly_told() const {
 }
 
 ParameterBelief Session::belief() const {
-  ParameterBelief belief{{}, parameter_covariance(), noise()};
-  for (const int i : state_->coordinates.unknowns())
-    belief.names.push_back(state_->model.parameters[i].name);
+  std::vector<double> values;
+  ParameterBelief belief;
+  remember(values, belief);
   return belief;
+}
+
+void Session::remember(std::vector<double>& values, ParameterBelief& belief) const {
+  const FreeCoordinates& coordinates = state_->coordinates;
+  if (static_cast<int>(belief.names.size()) != coordinates.size()) {
+    belief.covariance = SquareMatrix(coordinates.size());
+    belief.names.clear();
+    for (const int i : coordinates.unknowns())
+      belief.names.push_back(state_->model.parameters[i].name);
+  }
+  covariance_into(belief.covariance);
+  belief.noise = noise();
+  values.clear();
+  for (const Parameter& p : state_->model.parameters) values.push_back(p.value);
+  for (int k = 0; k < coordinates.size(); ++k)
+    values[coordinates.unknowns()[k]] = state_->values[state_->model.states.size() + k];
+}
+
+void Session::believe(const std::vector<double>& values, const ParameterBelief& belief,
+                      const Condition& condition) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (Parameter& p = state_->model.parameters[i]; p.known) p.value = values[i];
+  state_->coordinates = FreeCoordinates(state_->model);
+  state_->wiring = condition;
+  for (AnyRunner& runner : state_->runners)
+    std::visit(
+        [&](auto& r) {
+          r.engine().believe_parameters(values);
+          r.engine().believe(belief);
+        },
+        runner);
 }
 
 LearntNoise Session::noise() const {

@@ -10,6 +10,7 @@
 #include "armukf/core/record.hpp"
 #include "armukf/core/square_matrix.hpp"
 #include "armukf/model/model.hpp"
+#include "armukf/online/condition.hpp"
 #include "armukf/online/settings.hpp"
 
 namespace armukf {
@@ -94,10 +95,20 @@ class Session {
   /// What an estimate goes on from, with model().
   ParameterBelief belief() const;
 
+  /// The same and all parameters' values, into what has taken them before: nothing is allocated.
+  void remember(std::vector<double>& values, ParameterBelief& belief) const;
+
+  /// Believes of the parameters, known or unknown, what this says (one value per parameter of the
+  /// model), and goes on from where the states are. From now on drive and sensor are taken to be as
+  /// in the condition: what comes in is corrected for them, and what is predicted is not.
+  void believe(const std::vector<double>& values, const ParameterBelief& belief,
+               const Condition& condition);
+
  private:
   struct State;
   template <class Visit>
   void visit_leader(const Visit& visit) const;
+  void covariance_into(SquareMatrix& covariance) const;
 
   std::unique_ptr<State> state_;
 };

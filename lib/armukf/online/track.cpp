@@ -35,8 +35,14 @@ std::optional<Estimate> Track::next() {
     last_t_ = timed->sample.t;
     const Estimate estimate = session_.step(timed->sample);
     tally_.add(estimate);
+    if (watch_) events_ = watch_->see(session_, timed->sample, estimate);
     return estimate;
   }
+}
+
+void Track::watch(const Model& model, const EstimatorSettings& settings,
+                  const WatchSettings& watch) {
+  watch_.emplace(model, settings, watch);
 }
 
 /// Whether the checkpoint holds the sample; if not, it holds none after it.

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -11,6 +12,7 @@
 #include "armukf/online/session.hpp"
 #include "armukf/online/settings.hpp"
 #include "armukf/online/tally.hpp"
+#include "armukf/online/watch.hpp"
 
 namespace armukf {
 
@@ -52,6 +54,14 @@ class Track {
   /// The samples' clock was set while nobody listened: none of them is old, whatever its time.
   void expect_new_clock();
 
+  /// Looks for changes of the machine from here on (see Watch). Events are not in a checkpoint.
+  void watch(const Model& model, const EstimatorSettings& settings,
+             const WatchSettings& watch = {});
+  /// What the last estimate has shown to have changed; until the next one.
+  std::span<const Event> events() const { return events_; }
+  /// The watch, if there is one.
+  const Watch* watch() const { return watch_ ? &*watch_ : nullptr; }
+
   const Session& session() const { return session_; }
   const Tally& tally() const { return tally_; }
   StreamCounts counts() const;
@@ -86,6 +96,8 @@ class Track {
   };
 
   Session session_;
+  std::optional<Watch> watch_;
+  std::span<const Event> events_;
   Arrival arrival_;
   Sequence sequence_;
   Tally tally_;

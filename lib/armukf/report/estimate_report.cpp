@@ -77,7 +77,19 @@ nlohmann::ordered_json noise_json(const LearntNoise& noise) {
           {"sensor_pole", noise.sensor_pole}};
 }
 
+std::string watch_text(const WatchSummary& watch) {
+  std::string text = fmt::format("  changes of the machine: {}\n", watch.events);
+  if (watch.unseen.empty()) return text;
+  return text + fmt::format("  too little motion, at the end, to see a usual change of: {}\n",
+                            fmt::join(watch.unseen, ", "));
+}
+
 }  // namespace
+
+std::optional<WatchSummary> summary_of(const Watch* watch) {
+  if (watch == nullptr) return std::nullopt;
+  return WatchSummary{watch->count(), watch->unseen()};
+}
 
 std::vector<std::string> augmented_names(const Model& model) {
   std::vector<std::string> names;
@@ -146,6 +158,10 @@ nlohmann::ordered_json estimate_json(const EstimateSummary& s) {
   const RecursiveEstimate& e = s.estimate;
   nlohmann::ordered_json json = counts_json(e.tally);
   if (s.input) json["input"] = input_json(*s.input);
+  if (s.watch) {
+    json["events"] = s.watch->events;
+    json["unseen"] = s.watch->unseen;
+  }
   json["filter"] = e.filter;
   json["innovation"] = innovation_json(e.tally.innovations());
   json["simulation"] = simulation_json(s.simulation);
@@ -198,6 +214,7 @@ std::string estimate_text(const EstimateSummary& s) {
   std::string text = fmt::format("{} of {}, {:.3f} s, {:.0f} samples/s\n", e.filter,
                                  counts_text(e.tally), e.seconds, samples_per_second(e));
   if (s.input) text += input_text(*s.input);
+  if (s.watch) text += watch_text(*s.watch);
   text += parameters_text(e.model, e.sd);
   text += fmt::format(
       "  one step ahead: fit {:.2f} %, RMSE {:.4g} rad/s, mean NIS {:.3f}, Ljung-Box p {:.2g}\n",

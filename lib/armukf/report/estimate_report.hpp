@@ -14,14 +14,23 @@
 #include "armukf/online/session.hpp"
 #include "armukf/online/tally.hpp"
 #include "armukf/online/track.hpp"
+#include "armukf/online/watch.hpp"
 
 namespace armukf {
+
+/// What a watch has come to.
+struct WatchSummary {
+  std::size_t events = 0;           // changes of the machine
+  std::vector<std::string> unseen;  // of what none would have shown at the end
+};
+std::optional<WatchSummary> summary_of(const Watch* watch);
 
 /// All that an estimate ends with.
 struct EstimateSummary {
   RecursiveEstimate estimate;
   ClosingSimulation simulation;  // of the final parameters, over the first samples of a long record
   std::optional<StreamCounts> input = {};  // of a stream: what became of its rows besides
+  std::optional<WatchSummary> watch = {};  // where somebody watched
 };
 
 /// Of the augmented belief: states, then unknown parameters.

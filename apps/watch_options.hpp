@@ -1,0 +1,35 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "armukf/io/csv_writer.hpp"
+#include "stream_options.hpp"
+
+namespace armukf::apps {
+
+/// Whether an estimate looks for changes of the machine, and where it writes them.
+struct WatchOptions {
+  bool watch = false;
+  std::string events;  // file; - is standard output; empty: nowhere
+};
+
+void add_watch_options(CLI::App& command, WatchOptions& options);
+
+/// InputError where they do not go with the others; `json` is where the summary goes.
+void check_watch_options(const WatchOptions& options, const StreamOptions& stream,
+                         const std::string& json);
+
+/// Lines about events, each of which reaches its reader at once.
+class EventLog {
+ public:
+  explicit EventLog(const std::string& path);
+  void put(std::string_view lines);
+
+ private:
+  std::optional<CsvWriter> output_;
+};
+
+}  // namespace armukf::apps

@@ -1,0 +1,217 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "armukf/core/constants.hpp"
+#include "armukf/online/predictor_bank.hpp"
+
+namespace armukf {
+
+/// A change as the samples since its onset have it.
+struct Trial {
+  double amount = 0.0;       // in usual sizes
+  double onset = 0.0;        // s
+  double statistic = 0.0;    // what it takes from the sum of squares
+  double information = 0.0;  // of the amount, all else being known
+  double last_step = 0.0;    // of the amount
+  double left = 0.0;         // sum of squares since the onset, of so many samples
+  double samples = 0.0;
+  double onset_step = 0.0;  // s, by which another onset is tried next
+};
+
+/// The last seconds, sample by sample, to go over them again: where resonances move, what a change
+/// adds to the innovations is far from proportional to it, and each change is tried with predictors
+/// that have its size. Each pass is a step of Gauss and Newton for all of them.
+template <int N>
+class ChangeReplay {
+ public:
+  ChangeReplay(const Model& model, const Propagation& propagation)
+      : model_(&model), bank_(model, propagation), kept_(kKept) {}
+
+  /// Keeps a sample: t (s), after the one before by dt (s).
+  void keep(double t, double dt, double u, double y) {
+    kept_[next_ % kKept] = {t, dt, u, y};
+    ++next_;
+  }
+  /// What is believed after the last sample.
+  void remember(const typename PredictorBank<N>::Belief& belief) {
+    memories_[memory_ % kMemories] = {next_, belief};
+    ++memory_;
+  }
+  /// What came before does not hang together with what comes.
+  void interrupt() { memory_ = 0; }
+
+  /// Begins with these amounts in a condition, and an onset (s).
+  void begin(double onset, std::span<const double> amounts) {
+    trials_.resize(amounts.size());
+    for (std::size_t i = 0; i < amounts.size(); ++i)
+      trials_[i] = {.amount = amounts[i], .onset = onset};
+    scans_ = true;
+  }
+
+  /// Goes over them once.
+  void pass(const Condition& before, const std::vector<Changeable>& what,
+            const PredictorNoise& noise, double sample_s, const OutlierGate& gate) {
+    const Memory* memory = memory_before(earliest_onset());
+    if (memory == nullptr) return;
+    conditions_.assign(1, before);
+    for (std::size_t i = 0; i < what.size(); ++i) {
+      const double least = least_amount(*model_, before, what[i]) / what[i].usual;
+      const double a = trials_[i].amount;
+      for (const double amount : {a, scans_ ? 1.0 : a + kProbe, scans_ ? std::max(-1.0, least) : a})
+        conditions_.push_back(altered(before, what[i], amount * what[i].usual));
+    }
+    bank_.freeze(conditions_, noise, sample_s);
+    bank_.believe(memory->belief);
+    sums_.assign(what.size(), {});
+    int astray = 0;
+    TorqueMemory u;
+    for (std::int64_t k = memory->next - TorqueMemory::kSize; k < memory->next - 1; ++k)
+      if (k >= 0) u.take(kept_[k % kKept].u);
+    for (std::int64_t k = memory->next; k < next_; ++k) {
+      const Kept& now = kept_[k % kKept];
+      const Kept& last = kept_[(k - 1) % kKept];
+      u.take(last.u);
+      hold(last.t);
+      bank_.predict(last.t, now.dt, u);
+      if (std::isnan(now.y)) continue;
+      const double e = bank_.update(now.t, now.y, gate.width(astray));
+      if (!gate.shuts_out(e, astray)) add(e, now.t);
+    }
+    for (std::size_t i = 0; i < what.size(); ++i) {
+      if (scans_) {
+        choose(trials_[i], sums_[i]);
+      } else {
+        improve(trials_[i], sums_[i]);
+      }
+      const double least = least_amount(*model_, before, what[i]) / what[i].usual;
+      trials_[i].amount = std::max(trials_[i].amount, least);
+    }
+    scans_ = false;
+  }
+
+  const std::vector<Trial>& trials() const { return trials_; }
+
+ private:
+  static constexpr int kKept = 8192;      // samples, 4 s at 2 kHz
+  static constexpr int kMemories = 80;    // of 50 ms
+  static constexpr double kProbe = 0.05;  // of the usual size
+  static constexpr double kLongestStep = 0.4;
+  static constexpr double kFirstOnsetStep = 0.06;  // s
+
+  struct Kept {
+    double t = 0.0;
+    double dt = 0.0;
+    double u = 0.0;
+    double y = 0.0;
+  };
+  struct Memory {
+    std::int64_t next = 0;  // the first sample that it has not seen
+    typename PredictorBank<N>::Belief belief;
+  };
+  struct Sums {
+    double gained = 0.0;        // e0^2 - e^2
+    double gained_probe = 0.0;  // the same with the probing amount,
+    double gained_other = 0.0;  // and from the other onset
+    double dd = 0.0;
+    double de = 0.0;
+    double left = 0.0;
+    double samples = 0.0;
+  };
+
+  double earliest_onset() const {
+    double earliest = kInfinite;
+    for (const Trial& t : trials_)
+      earliest = std::min(earliest, t.onset - std::max(0.0, -t.onset_step));
+    return earliest;
+  }
+
+  /// The last belief before t (s), or the first there still is.
+  const Memory* memory_before(double t) const {
+    const Memory* found = nullptr;
+    for (std::int64_t i = std::max<std::int64_t>(0, memory_ - kMemories); i < memory_; ++i) {
+      const Memory& m = memories_[i % kMemories];
+      if (next_ - m.next >= kKept - TorqueMemory::kSize - 1) continue;
+      if (found == nullptr || kept_[(m.next - 1) % kKept].t <= t) found = &m;
+    }
+    return found;
+  }
+
+  /// Until its onset a machine is what it was.
+  void hold(double t) {
+    for (std::size_t i = 0; i < trials_.size(); ++i) {
+      const int first = 1 + 3 * static_cast<int>(i);
+      if (t < trials_[i].onset) {
+        bank_.join(first);
+        bank_.join(first + 1);
+      }
+      if (t < trials_[i].onset + trials_[i].onset_step) bank_.join(first + 2);
+    }
+  }
+
+  void add(double e, double t) {
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+      Sums& s = sums_[i];
+      const int first = 1 + 3 * static_cast<int>(i);
+      if (t > trials_[i].onset) {
+        const double own = bank_.innovation(first);
+        const double probe = bank_.innovation(first + 1);
+        s.gained += e * e - own * own;
+        s.gained_probe += e * e - probe * probe;
+        const double d = (own - probe) * (1.0 / kProbe);
+        s.dd += d * d;
+        s.de += d * own;
+        s.left += own * own;
+        s.samples += 1.0;
+      }
+      if (t > trials_[i].onset + trials_[i].onset_step) {
+        const double other = bank_.innovation(first + 2);
+        s.gained_other += e * e - other * other;
+      }
+    }
+  }
+
+  /// The first pass: a resonance that has moved far pulls from its own side only.
+  static void choose(Trial& trial, const Sums& s) {
+    const double best = std::max({s.gained, s.gained_probe, s.gained_other});
+    if (s.gained_probe == best) trial.amount = 1.0;
+    if (s.gained_other == best) trial.amount = -1.0;
+    trial.onset_step = kFirstOnsetStep;
+  }
+
+  static void improve(Trial& trial, const Sums& s) {
+    if (!std::isfinite(s.gained + s.dd + s.de)) {  // the change makes a machine that is none
+      trial.amount *= 0.5;
+      trial.statistic = 0.0;
+      return;
+    }
+    trial.statistic = s.gained;
+    trial.information = s.dd;
+    trial.left = s.left;
+    trial.samples = s.samples;
+    if (s.gained_other > s.gained) {
+      trial.onset += trial.onset_step;
+    } else {
+      trial.onset_step *= trial.onset_step > 0.0 ? -1.0 : -0.5;
+    }
+    trial.last_step = std::clamp(s.de / (1.0 + s.dd), -kLongestStep, kLongestStep);
+    trial.amount += trial.last_step;
+  }
+
+  const Model* model_;
+  PredictorBank<N> bank_;
+  std::vector<Kept> kept_;
+  std::int64_t next_ = 0;
+  std::array<Memory, kMemories> memories_;
+  std::int64_t memory_ = 0;
+  std::vector<Condition> conditions_;
+  std::vector<Trial> trials_;
+  bool scans_ = false;  // whether the next pass looks where to begin
+  std::vector<Sums> sums_;
+};
+
+}  // namespace armukf

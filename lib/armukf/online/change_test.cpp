@@ -1,0 +1,134 @@
+#include "armukf/online/change_test.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace armukf {
+namespace {
+
+/// Lower root of a symmetric matrix, in place; false where it is not positive.
+bool factor(ChangeSums& a) {
+  for (int j = 0; j < a.n; ++j) {
+    for (int i = j; i < a.n; ++i) {
+      double sum = a.row(i)[j];
+      for (int k = 0; k < j; ++k) sum -= a.row(i)[k] * a.row(j)[k];
+      if (i == j && !(sum > 0.0)) return false;
+      a.row(i)[j] = i == j ? std::sqrt(sum) : sum / a.row(j)[j];
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+ChangeTest::ChangeTest(int n)
+    : n_(n),
+      findings_(n),
+      all_(n),
+      after_(n),
+      work_(all_.G.size()),
+      theta_(all_.b.size()),
+      precision_(theta_.size()),
+      recent_(theta_.size()),
+      score_(theta_.size()),
+      information_(theta_.size()) {}
+
+void ChangeTest::believe(std::span<const double> doubt) {
+  for (int i = 0; i < n_; ++i) precision_[i] = 1.0 / (doubt[i] * doubt[i]);
+}
+
+void ChangeTest::gather(const ChangeRing& ring) {
+  all_.clear();
+  all_.add(ring.past());
+  for (int i = 0; i < ring.size(); ++i) all_.add(ring.step(i));
+  for (int i = 0; i < n_; ++i) all_.row(i)[i] += precision_[i];
+  if (!factor(all_)) return;
+  for (int i = 0; i < n_; ++i) {
+    double sum = all_.b[i];
+    for (int k = 0; k < i; ++k) sum -= all_.row(i)[k] * theta_[k];
+    theta_[i] = sum / all_.row(i)[i];
+  }
+  for (int i = n_ - 1; i >= 0; --i) {
+    double sum = theta_[i];
+    for (int k = i + 1; k < n_; ++k) sum -= all_.row(k)[i] * theta_[k];
+    theta_[i] = sum / all_.row(i)[i];
+  }
+}
+
+void ChangeTest::solve_rows() {
+  const int stride = after_.stride;
+  work_ = after_.G;
+  for (int i = 0; i < n_; ++i) {
+    double* to = work_.data() + static_cast<std::ptrdiff_t>(i) * stride;
+    const double* root = all_.row(i);
+    for (int k = 0; k < i; ++k) {
+      const double* from = work_.data() + static_cast<std::ptrdiff_t>(k) * stride;
+      const double factor = root[k];
+      for (int j = 0; j < stride; ++j) to[j] -= factor * from[j];
+    }
+    const double inverse = 1.0 / root[i];
+    for (int j = 0; j < stride; ++j) to[j] *= inverse;
+  }
+}
+
+void ChangeTest::look(const ChangeRing& ring) {
+  gather(ring);
+  std::ranges::fill(findings_, Finding{});
+  after_.clear();
+  for (int s = ring.size() - 1; s >= 0; --s) {
+    after_.add(ring.step(s));
+    solve_rows();
+    score_ = after_.b;
+    for (int j = 0; j < after_.stride; ++j) information_[j] = j < n_ ? after_.row(j)[j] : 0.0;
+    for (int k = 0; k < n_; ++k) {
+      const double* g = after_.row(k);
+      const double* w = work_.data() + static_cast<std::ptrdiff_t>(k) * after_.stride;
+      const double offset = theta_[k];
+      for (int j = 0; j < after_.stride; ++j) {
+        score_[j] -= g[j] * offset;
+        information_[j] -= w[j] * w[j];
+      }
+    }
+    for (int i = 0; i < n_; ++i) {
+      const double score = score_[i];
+      const double information = information_[i];
+      // Less than a thousandth of a doubt's: rounding, or nothing that could be seen.
+      constexpr double kLeast = 1e-3;
+      if (after_.end - after_.begin < kRecentS) recent_[i] = information;
+      if (!(information > kLeast)) continue;
+      const double statistic = score * score / information;
+      if (statistic > findings_[i].statistic)
+        findings_[i] = {statistic, ring.step(s).begin, score / information,
+                        1.0 / std::sqrt(information), information / after_.row(i)[i]};
+    }
+  }
+}
+
+/// Schur's complement of the information is the product of the root's last rows.
+void ChangeTest::carry_over(int first, double weight, ChangeSums& to) const {
+  for (int i = first; i < n_; ++i) {
+    to.b[i] = precision_[i] * theta_[i];
+    for (int j = first; j < n_; ++j) {
+      double sum = i == j ? -precision_[i] : 0.0;
+      for (int k = first; k <= std::min(i, j); ++k) sum += all_.row(i)[k] * all_.row(j)[k];
+      to.row(i)[j] += weight * sum;
+      to.b[i] += weight * sum * theta_[j];
+    }
+  }
+}
+
+double ChangeTest::offset_sd(int i) const {
+  // Column i of L^-1, squared: the i-th diagonal of A^-1.
+  double sum = 0.0;
+  std::array<double, kMostChangeables> column{};
+  for (int r = i; r < n_; ++r) {
+    double v = r == i ? 1.0 : 0.0;
+    for (int k = i; k < r; ++k) v -= all_.row(r)[k] * column[k];
+    column[r] = v / all_.row(r)[r];
+    sum += column[r] * column[r];
+  }
+  return std::sqrt(sum);
+}
+
+}  // namespace armukf

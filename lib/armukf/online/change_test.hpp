@@ -1,0 +1,67 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "armukf/online/change_ring.hpp"
+
+namespace armukf {
+
+/// What the samples say for one change at its likeliest onset.
+struct Finding {
+  double statistic = 0.0;  // twice the log of the likelihood ratio
+  double onset = 0.0;      // s
+  double amount = 0.0;     // in doubts
+  double sd = 0.0;         // of it
+  double known = 0.0;      // part of the information that what is uncertain besides leaves
+};
+
+/// The generalised likelihood ratio of every change at every onset that the ring tells apart. What
+/// holds before and after an onset is uncertain in all directions, by what the past tells of it.
+/// With A the information of all samples and of the past, theta its estimate, and G, b the sums
+/// after the onset,
+///     score_i = b_i - G_i theta,  information_i = G_ii - G_i A^-1 G_i',
+///     statistic_i = score_i^2 / information_i,
+/// which is chi-square of one degree of freedom where nothing has changed.
+/// Source: M. Basseville, I. Nikiforov, "Detection of Abrupt Changes", 1993, ch. 7.
+class ChangeTest {
+ public:
+  explicit ChangeTest(int n = 0);
+
+  /// Whatever the samples say, each change is 0 +- doubt beforehand.
+  void believe(std::span<const double> doubt);
+
+  /// Looks at the ring anew.
+  void look(const ChangeRing& ring);
+
+  const std::vector<Finding>& findings() const { return findings_; }
+  /// How far the condition is off the frozen one, in doubts, if nothing has changed; and its
+  /// deviation.
+  const std::vector<double>& offset() const { return theta_; }
+  double offset_sd(int i) const;
+
+  /// All that the samples said of the changes from `first` on, as sums, `weight` times: for a past
+  /// of which nothing else shall hold.
+  void carry_over(int first, double weight, ChangeSums& to) const;
+
+  /// What the last seconds would tell of a change at their begin, of each (1 over its variance).
+  static constexpr double kRecentS = 3.0;
+  const std::vector<double>& recent_information() const { return recent_; }
+
+ private:
+  void gather(const ChangeRing& ring);
+  void solve_rows();  // work_ = L^-1 G_after
+
+  int n_ = 0;
+  std::vector<Finding> findings_;
+  ChangeSums all_;  // then the root of its information
+  ChangeSums after_;
+  std::vector<double> work_;
+  std::vector<double> theta_;
+  std::vector<double> precision_;
+  std::vector<double> recent_;
+  std::vector<double> score_;
+  std::vector<double> information_;
+};
+
+}  // namespace armukf

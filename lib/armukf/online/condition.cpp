@@ -1,0 +1,145 @@
+#include "armukf/online/condition.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "armukf/core/constants.hpp"
+#include "armukf/model/plant.hpp"
+
+namespace armukf {
+namespace {
+
+using Kind = Changeable::Kind;
+
+constexpr double kUsualPart = 0.2;  // of a value, that wear or another load changes it by
+// What scales all torques and inertias alike hardly shows: parameters that were found with it make
+// up for its error. Hence it is as good as known.
+constexpr double kDoubtOfUnknown = 10.0;
+constexpr double kDoubtOfScale = 0.1;
+// What is the sum of changes that stand beside it anyway need not be doubted.
+constexpr double kDoubtOfSum = 0.01;
+// Coulomb friction is most of the friction: the simpler name goes first where both would do.
+constexpr double kLogPriorOfLevel = -2.0;
+constexpr double kLeastPart = 0.05;  // of its scale: what a value near 0 is taken for
+
+// The resonances are sharp: a damping ratio of one in a hundred makes a stiffness that is two in a
+// hundred off another record.
+constexpr double kLinearResonant = 0.1;
+constexpr double kLinear = 1.0;
+bool is_resonant(int i) { return i == kJ || i == kAm || i == kAg || i == kKg1 || i == kKa; }
+
+/// What friction is the size of; its shapes alpha and beta do not wear.
+constexpr std::array kFriction{kFv, kFc, kFcs};
+
+/// Multiplies the arm's inertia, all others staying what they are.
+void carry(Condition& c, double factor) {
+  double& J = c.parameters[kJ];
+  double& motor = c.parameters[kAm];
+  double& gear = c.parameters[kAg];
+  const double total = J * (1.0 + (factor - 1.0) * (1.0 - motor - gear));
+  motor *= J / total;
+  gear *= J / total;
+  J = total;
+}
+
+}  // namespace
+
+std::vector<Changeable> changeables(const Model& model, const Condition& condition) {
+  std::vector<Changeable> all;
+  const auto add_parameter = [&](int i, double doubt) {
+    const Parameter& p = model.parameters[i];
+    const double size = std::max(std::abs(condition.parameters[i]), kLeastPart * p.scale);
+    all.push_back({Kind::kParameter, i, p.name, p.unit, kUsualPart * size, doubt,
+                   is_resonant(i) ? kLinearResonant : kLinear});
+  };
+  for (const int i : model.unknowns()) add_parameter(i, kDoubtOfUnknown);
+  for (const int i : kFriction)
+    if (model.parameters[i].known) add_parameter(i, 0.5);
+  if (model.parameters[kJ].known) add_parameter(kJ, kDoubtOfScale);
+  const auto add = [&](Kind kind, const char* name, const char* unit, double usual, double doubt) {
+    if (!model.has_effect(name)) all.push_back({kind, -1, name, unit, usual, doubt, kLinear});
+  };
+  add(Kind::kPayload, "payload_change", "-", 0.3, kDoubtOfSum);
+  if (!model.has_effect("friction_parameters"))
+    all.push_back({Kind::kFrictionLevel, -1, "friction_level", "-", kUsualPart, kDoubtOfSum,
+                   kLinear, kLogPriorOfLevel});
+  add(Kind::kTorqueGain, "torque_gain", "-", 0.1, kDoubtOfScale);
+  add(Kind::kTorqueBias, "torque_bias", "N.m", 0.05, 2.0);
+  add(Kind::kInputDelay, "input_delay", "s", 1e-3, 0.5);
+  all.push_back({Kind::kSensorGain, -1, "sensor_gain", "-", 0.03, 3.0 * kDoubtOfScale, kLinear});
+  all.push_back({Kind::kSensorBias, -1, "sensor_bias", "rad/s", 0.1, 1.0, kLinear});
+  return all;
+}
+
+double value_of(const Condition& c, const Changeable& what) {
+  switch (what.kind) {
+    case Kind::kParameter:
+      return c.parameters[what.parameter];
+    case Kind::kPayload:
+      return c.payload;
+    case Kind::kFrictionLevel:
+      return c.friction_level;
+    case Kind::kTorqueGain:
+      return c.torque_gain;
+    case Kind::kTorqueBias:
+      return c.torque_bias;
+    case Kind::kInputDelay:
+      return c.input_delay;
+    case Kind::kSensorGain:
+      return c.sensor_gain;
+    case Kind::kSensorBias:
+      return c.sensor_bias;
+  }
+  return 0.0;
+}
+
+double least_amount(const Model& model, const Condition& c, const Changeable& what) {
+  constexpr double kMost = 0.95;  // of what is there
+  const double value = value_of(c, what);
+  switch (what.kind) {
+    case Kind::kParameter:
+      return -kMost * (value - model.parameters[what.parameter].lower);
+    case Kind::kInputDelay:
+      return -value;
+    case Kind::kTorqueBias:
+    case Kind::kSensorBias:
+      return -kInfinite;
+    default:
+      return -kMost * (1.0 + value);
+  }
+}
+
+Condition altered(Condition c, const Changeable& what, double amount) {
+  switch (what.kind) {
+    case Kind::kParameter:
+      c.parameters[what.parameter] += amount;
+      break;
+    case Kind::kPayload:
+      carry(c, (1.0 + c.payload + amount) / (1.0 + c.payload));
+      c.payload += amount;
+      break;
+    case Kind::kFrictionLevel:
+      for (const int i : kFriction)
+        c.parameters[i] *= (1.0 + c.friction_level + amount) / (1.0 + c.friction_level);
+      c.friction_level += amount;
+      break;
+    case Kind::kTorqueGain:
+      c.torque_gain += amount;
+      break;
+    case Kind::kTorqueBias:
+      c.torque_bias += amount;
+      break;
+    case Kind::kInputDelay:
+      c.input_delay += amount;
+      break;
+    case Kind::kSensorGain:
+      c.sensor_gain += amount;
+      break;
+    case Kind::kSensorBias:
+      c.sensor_bias += amount;
+      break;
+  }
+  return c;
+}
+
+}  // namespace armukf

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "armukf/model/model.hpp"
+
+namespace armukf {
+
+/// All that a machine is to whoever watches it: its parameters, and what lies between the record
+/// and the arm, of which a model need not know.
+///
+///     torque at the motor = (1 + torque_gain) u(t - input_delay) + torque_bias
+///     y                   = (1 + sensor_gain) speed + sensor_bias
+struct Condition {
+  std::array<double, kMaxParameters> parameters{};
+  double torque_gain = 0.0;
+  double torque_bias = 0.0;  // N.m
+  double input_delay = 0.0;  // s
+  double sensor_gain = 0.0;
+  double sensor_bias = 0.0;     // rad/s
+  double payload = 0.0;         // relative to the arm's own inertia, in J, a_m and a_g
+  double friction_level = 0.0;  // relative, in Fv, Fc and Fcs
+
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(parameters, torque_gain, torque_bias, input_delay, sensor_gain, sensor_bias, payload,
+            friction_level);
+  }
+};
+
+/// The torques commanded lately.
+class TorqueMemory {
+ public:
+  static constexpr int kSize = 64;
+  void take(double u) {
+    std::copy_backward(u_.begin(), u_.end() - 1, u_.end());
+    u_[0] = u;
+  }
+  /// `age` samples ago, 0 the last one; between two of them in proportion, as a mean over a sample.
+  double before(double age) const {
+    if (age == 0.0) return u_[0];
+    const int whole = std::clamp(static_cast<int>(age), 0, kSize - 2);
+    return u_[whole] + std::min(age - whole, 1.0) * (u_[whole + 1] - u_[whole]);
+  }
+
+ private:
+  std::array<double, kSize> u_{};  // N.m, the last one first
+};
+
+/// Something of a machine that may change by itself.
+struct Changeable {
+  enum class Kind {
+    kParameter,
+    kPayload,
+    kFrictionLevel,
+    kTorqueGain,
+    kTorqueBias,
+    kInputDelay,
+    kSensorGain,
+    kSensorBias
+  };
+  Kind kind;
+  int parameter;     // of the model; -1: none
+  std::string name;  // a parameter's, or as in the contract's list of events
+  std::string unit;
+  double usual;            // size of a change that is usual, one deviation; the unit of all amounts
+  double doubt;            // how far off the value may be before, as part of that
+  double linear;           // how far it may move before predictions bend, as part of that
+  double log_prior = 0.0;  // of this name beside the others
+};
+
+inline constexpr int kMostChangeables = 64;
+
+/// What may change of this machine at the condition: its unknown parameters, the size of its
+/// friction, its inertia, and what lies around it.
+std::vector<Changeable> changeables(const Model& model, const Condition& condition);
+
+double value_of(const Condition& condition, const Changeable& what);
+
+/// The least amount by which it can change: it is then at its bound, or next to it.
+double least_amount(const Model& model, const Condition& condition, const Changeable& what);
+
+/// The condition with `what` larger by `amount`, all else as it was.
+Condition altered(Condition condition, const Changeable& what, double amount);
+
+}  // namespace armukf

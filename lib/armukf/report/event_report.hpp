@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "armukf/online/watch.hpp"
+
+namespace armukf {
+
+/// An event as a line of JSON, with the line's end; `arm` tells whose it is where there are many.
+std::string event_line(const Event& event, std::string_view arm = {});
+
+/// The same for a person.
+std::string event_text(const Event& event);
+
+}  // namespace armukf

@@ -1,0 +1,91 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "apps/program.hpp"
+
+namespace armukf {
+namespace {
+
+class WatchProgram : public Program {
+ protected:
+  /// A noisy record of the published arm, in which the motor gives a fifth less from 7 s on: the
+  /// controller does not know, and the record says what it commanded.
+  void put_record() const {
+    run("simulate -o whole.csv --sensor-noise 0.1 --torque-disturbance 0.1 --quiet");
+    std::istringstream lines(text("whole.csv"));
+    std::string changed;
+    for (std::string line; std::getline(lines, line);) {
+      if (line.empty() || line[0] == '#' || line[0] == 't') {
+        changed += line + "\n";
+        continue;
+      }
+      std::istringstream cells(line);
+      double t = 0.0;
+      double u = 0.0;
+      double y = 0.0;
+      char comma = 0;
+      cells >> t >> comma >> u >> comma >> y;
+      changed += fmt::format("{},{},{}\n", t, t < 7.0 ? u : 1.25 * u, y);
+    }
+    put("record.csv", changed);
+  }
+};
+
+TEST_F(WatchProgram, WritesALineForTheChangeAndOneForItsSize) {
+  put_record();
+  const Outcome outcome =
+      run("estimate record.csv --watch --events events.jsonl --json summary.json");
+  ASSERT_EQ(outcome.status, 0) << outcome.error;
+  std::vector<nlohmann::json> events;
+  std::istringstream lines(text("events.jsonl"));
+  for (std::string line; std::getline(lines, line);) events.push_back(nlohmann::json::parse(line));
+  ASSERT_EQ(events.size(), 2U) << text("events.jsonl");
+  for (const auto& event : events) {
+    EXPECT_EQ(event["what"], "torque_gain");
+    EXPECT_NEAR(event["onset"], 7.0, 0.3);
+    EXPECT_NEAR(event["to"], -0.2, 0.03);
+    for (const char* key : {"t", "from", "sd", "p", "also_possible", "settled"})
+      EXPECT_TRUE(event.contains(key)) << key;
+  }
+  EXPECT_EQ(nlohmann::json::parse(text("summary.json"))["events"], 1);
+  EXPECT_NE(outcome.error.find("changes of the machine: 1"), std::string::npos) << outcome.error;
+}
+
+TEST_F(WatchProgram, EventsHaveStandardOutputToThemselves) {
+  put_record();
+  const Outcome outcome = run("estimate record.csv --watch --events - --quiet");
+  ASSERT_EQ(outcome.status, 0) << outcome.error;
+  EXPECT_EQ(std::ranges::count(outcome.output, '\n'), 2);
+  EXPECT_EQ(outcome.error, "");
+}
+
+TEST_F(WatchProgram, NamesTheArmWhereThereAreMany) {
+  put_record();
+  std::istringstream lines(text("record.csv"));
+  std::string keyed = "arm,t,u,y\n";
+  for (std::string line; std::getline(lines, line);)
+    if (!line.empty() && line[0] != '#' && line[0] != 't') keyed += "left," + line + "\n";
+  put("keyed.csv", keyed);
+  const Outcome outcome = run("estimate keyed.csv --key arm --watch --events - --quiet");
+  ASSERT_EQ(outcome.status, 0) << outcome.error;
+  EXPECT_EQ(nlohmann::json::parse(outcome.output.substr(0, outcome.output.find('\n')))["arm"],
+            "left");
+}
+
+TEST_F(WatchProgram, RefusesWhatDoesNotGoTogether) {
+  expect_refused("estimate --events e.jsonl", "--events: needs --watch");
+  expect_refused("estimate --watch --events - --json -",
+                 "--events: standard output is taken by --json");
+  expect_refused("estimate --watch --checkpoint c",
+                 "--watch: a checkpoint does not hold what it has seen; leave one of them out");
+  expect_refused("estimate record.csv --watch --score",
+                 "--watch: neither with --passes nor with --score");
+}
+
+}  // namespace
+}  // namespace armukf

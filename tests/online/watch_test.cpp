@@ -1,0 +1,204 @@
+#include "armukf/online/watch.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "armukf/batch/speed_reference.hpp"
+#include "armukf/core/constants.hpp"
+#include "armukf/model/dynamics.hpp"
+#include "armukf/model/model.hpp"
+#include "armukf/ode/propagate.hpp"
+#include "armukf/online/change_ring.hpp"
+#include "armukf/online/change_test.hpp"
+
+namespace armukf {
+namespace {
+
+constexpr double kDt = 5e-4;     // s
+constexpr double kOnset = 15.0;  // s
+
+/// x_{k+1} = pole x_k + white noise, of standard deviation sd.
+class Coloured {
+ public:
+  Coloured(double sd, double pole, unsigned seed) : sd_(sd), pole_(pole), random_(seed) {}
+  double next() {
+    return value_ = pole_ * value_ + std::sqrt(1.0 - pole_ * pole_) * sd_ * normal_(random_);
+  }
+
+ private:
+  double sd_;
+  double pole_;
+  double value_ = 0.0;
+  std::mt19937 random_;
+  std::normal_distribution<double> normal_;
+};
+
+/// A record of the published arm under speed control, which from kOnset on is another, and gets
+/// another torque than it is told; with coloured noise of torque and sensor.
+std::vector<Sample> record(double duration, const Model& later, double bias = 0.0) {
+  const int samples = static_cast<int>(duration / kDt);
+  const std::vector<double> wanted =
+      speed_reference(ExperimentKind::kEstimation, {}, 20000, kDt, 1);
+  Coloured sensor(0.1, 0.5, 1);
+  Coloured torque(0.05, 0.9, 2);
+  const Model before = published_estimate();
+  std::vector<double> p = before.values();
+  std::vector<double> x(kArmStates, 0.0);
+  double integral = 0.0;
+  std::vector<Sample> all;
+  for (int n = 0; n < samples; ++n) {
+    const double t = n * kDt;
+    if (t >= kOnset) p = later.values();
+    const double y = x[kSpeedMotor] + sensor.next();
+    const double error = wanted[n % wanted.size()] - y;
+    const double u = 4.0 * error + integral;
+    integral += 40.0 * kDt * error;
+    all.push_back({t, u, y});
+    const double given = u + torque.next() + (t >= kOnset ? bias : 0.0);
+    const Coefficients<double> c(p.data());
+    std::array<double, kArmStates> state;
+    std::copy(x.begin(), x.end(), state.begin());
+    const auto f = [&](const auto& at, auto& dx, double) {
+      derivative(c, at.data(), given, dx.data());
+    };
+    propagate({}, f, state, t, kDt);
+    x.assign(state.begin(), state.end());
+  }
+  return all;
+}
+
+std::vector<Event> events_of(const std::vector<Sample>& samples) {
+  const EstimatorSettings settings;
+  Session session(published_arm(), settings);
+  Watch watch(published_arm(), settings);
+  std::vector<Event> all;
+  for (const Sample& sample : samples) {
+    const Estimate estimate = session.step(sample);
+    for (const Event& event : watch.see(session, sample, estimate)) all.push_back(event);
+  }
+  return all;
+}
+
+Model with(const char* parameter, double factor) {
+  Model model = published_estimate();
+  model.parameter(parameter).value *= factor;
+  return model;
+}
+
+/// One change, said twice: its name, onset and size.
+void expect_found(const std::vector<Event>& events, const char* what, double to) {
+  ASSERT_EQ(events.size(), 2U);
+  EXPECT_FALSE(events[0].settled);
+  EXPECT_TRUE(events[1].settled);
+  for (const Event& event : events) {
+    EXPECT_EQ(event.what, what);
+    EXPECT_NEAR(event.onset, kOnset, 0.3);
+    EXPECT_LT(event.t, kOnset + 3.0);
+  }
+  EXPECT_NEAR(events[1].to, to, 4.0 * events[1].sd + 0.02 * std::abs(to));
+}
+
+TEST(Watch, SaysNothingWhereNothingChanges) {
+  EXPECT_TRUE(events_of(record(30.0, published_estimate())).empty());
+}
+
+TEST(Watch, FindsAGearThatWears) {
+  expect_found(events_of(record(19.0, with("k_g1", 0.8))), "k_g1",
+               0.8 * published_estimate().parameter("k_g1").value);
+}
+
+TEST(Watch, FindsAnArmThatStiffens) {
+  expect_found(events_of(record(19.0, with("k_a", 1.2))), "k_a",
+               1.2 * published_estimate().parameter("k_a").value);
+}
+
+TEST(Watch, FindsATorqueThatNobodyCommands) {
+  expect_found(events_of(record(19.0, published_estimate(), 0.08)), "torque_bias", 0.08);
+}
+
+TEST(Watch, KeepsWhatHasNotChanged) {
+  const EstimatorSettings settings;
+  Session session(published_arm(), settings);
+  Watch watch(published_arm(), settings);
+  for (const Sample& sample : record(19.0, with("k_g1", 0.8)))
+    watch.see(session, sample, session.step(sample));
+  const Model truth = with("k_g1", 0.8);
+  const Model found = session.model();
+  const std::vector<double> sd = session.parameter_deviations();
+  for (const int i : found.unknowns())
+    EXPECT_NEAR(found.parameters[i].value, truth.parameters[i].value, 3.5 * sd[i])
+        << found.parameters[i].name;
+}
+
+TEST(Watch, SaysWhatItCannotSeeAtRest) {
+  const EstimatorSettings settings;
+  Session session(published_arm(), settings);
+  Watch watch(published_arm(), settings);
+  Coloured sensor(0.1, 0.5, 3);
+  for (int n = 0; n < 20000; ++n) {
+    const Sample sample{n * kDt, 0.0, sensor.next()};
+    EXPECT_TRUE(watch.see(session, sample, session.step(sample)).empty());
+  }
+  const std::vector<std::string> unseen = watch.unseen();
+  EXPECT_NE(std::ranges::find(unseen, "k_a"), unseen.end());
+}
+
+TEST(ChangeRing, KeepsAllThereWasInConstantMemory) {
+  ChangeRing ring(2);
+  double total = 0.0;
+  int most = 0;
+  for (int n = 0; n < 200000; ++n) {
+    Surprise surprise{.value = 1.0};
+    surprise.signature[0] = 1.0;
+    ring.add(surprise, n * kDt);
+    if (ring.full() && ring.close()) ring.take_left(1.0);
+    most = std::max(most, ring.size());
+  }
+  total += ring.past().samples;
+  for (int i = 0; i < ring.size(); ++i) {
+    total += ring.step(i).samples;
+    if (i > 0) {
+      EXPECT_GE(ring.step(i).begin, ring.step(i - 1).end);
+    }
+  }
+  EXPECT_LE(most, ChangeRing::kLevels * ChangeRing::kPerLevel + 1);
+  EXPECT_NEAR(total, 200000.0, 2.0 * ChangeRing::kStepS / kDt);  // the open step is not in
+}
+
+/// Of white innovations each statistic at one onset is chi-square of one degree of freedom.
+TEST(ChangeTest, HasTheStatisticOfWhiteInnovations) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  const std::vector<double> doubts(2, 1.0);
+  constexpr int kTrials = 300;
+  double sum = 0.0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    ChangeRing ring(2);
+    ChangeTest test(2);
+    test.believe(doubts);
+    int n = 0;
+    for (int step = 0; step < 2; ++step) {
+      for (; !ring.full(); ++n) {
+        Surprise surprise{.value = normal(random)};
+        for (int i = 0; i < 2; ++i) surprise.signature[i] = normal(random);
+        ring.add(surprise, n * kDt);
+      }
+      ring.close();
+    }
+    test.look(ring);
+    sum += test.findings()[0].statistic;
+  }
+  // The larger of two onsets, of which the earlier one is all there is and says little: between one
+  // and two degrees of freedom; the mean of 300 has a deviation of 0.1.
+  EXPECT_GT(sum / kTrials, 0.6);
+  EXPECT_LT(sum / kTrials, 2.0);
+}
+
+}  // namespace
+}  // namespace armukf
