@@ -12,7 +12,7 @@
 namespace armukf {
 
 /// A change as the samples since its onset have it.
-struct Trial {
+struct Hypothesis {
   double amount = 0.0;       // in usual sizes
   double onset = 0.0;        // s
   double statistic = 0.0;    // what it takes from the sum of squares
@@ -94,7 +94,7 @@ class ChangeReplay {
     scans_ = false;
   }
 
-  const std::vector<Trial>& trials() const { return trials_; }
+  const std::vector<Hypothesis>& trials() const { return trials_; }
 
  private:
   static constexpr int kKept = 8192;      // samples, 4 s at 2 kHz
@@ -125,7 +125,7 @@ class ChangeReplay {
 
   double earliest_onset() const {
     double earliest = kInfinite;
-    for (const Trial& t : trials_)
+    for (const Hypothesis& t : trials_)
       earliest = std::min(earliest, t.onset - std::max(0.0, -t.onset_step));
     return earliest;
   }
@@ -176,14 +176,14 @@ class ChangeReplay {
   }
 
   /// The first pass: a resonance that has moved far pulls from its own side only.
-  static void choose(Trial& trial, const Sums& s) {
+  static void choose(Hypothesis& trial, const Sums& s) {
     const double best = std::max({s.gained, s.gained_probe, s.gained_other});
     if (s.gained_probe == best) trial.amount = 1.0;
     if (s.gained_other == best) trial.amount = -1.0;
     trial.onset_step = kFirstOnsetStep;
   }
 
-  static void improve(Trial& trial, const Sums& s) {
+  static void improve(Hypothesis& trial, const Sums& s) {
     if (!std::isfinite(s.gained + s.dd + s.de)) {  // the change makes a machine that is none
       trial.amount *= 0.5;
       trial.statistic = 0.0;
@@ -209,7 +209,7 @@ class ChangeReplay {
   std::array<Memory, kMemories> memories_;
   std::int64_t memory_ = 0;
   std::vector<Condition> conditions_;
-  std::vector<Trial> trials_;
+  std::vector<Hypothesis> trials_;
   bool scans_ = false;  // whether the next pass looks where to begin
   std::vector<Sums> sums_;
 };

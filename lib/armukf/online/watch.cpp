@@ -72,7 +72,7 @@ struct Watch::State {
   bool have_settled(int best) const;
   double deviation_before(int i) const;
   double usual_power() const;
-  double doubt_of(const Trial& trial) const;
+  double doubt_of(const Hypothesis& trial) const;
   void accept(Session& session, int best);
   void calm();
   void remember(const Session& session);
@@ -84,9 +84,10 @@ struct Watch::State {
   }
   double likelihood(int i) const { return test.findings()[i].statistic / (spread[i] * bend); }
   double evidence(int i) const;
-  const std::vector<Trial>& trials() const {
-    return std::visit([](const auto& o) -> const std::vector<Trial>& { return o.replay.trials(); },
-                      observer);
+  const std::vector<Hypothesis>& trials() const {
+    return std::visit(
+        [](const auto& o) -> const std::vector<Hypothesis>& { return o.replay.trials(); },
+        observer);
   }
   double trial_sd(int i) const;
   double trial_statistic(int i) const;
@@ -370,7 +371,7 @@ double Watch::State::trial_sd(int i) const {
 /// Log of the probability of the samples with this change of usual size, integrated over it
 /// (P. S. Laplace 1774), over that without.
 double Watch::State::evidence(int i) const {
-  const Trial& t = trials()[i];
+  const Hypothesis& t = trials()[i];
   if (!std::isfinite(t.statistic)) return -kInfinite;
   const double sd = trial_sd(i);
   const double v = sd * sd;
@@ -379,7 +380,7 @@ double Watch::State::evidence(int i) const {
 }
 
 /// What a change leaves unexplained another might explain: so much less do differences count.
-double Watch::State::doubt_of(const Trial& trial) const {
+double Watch::State::doubt_of(const Hypothesis& trial) const {
   constexpr double kUnexplained = 20.0;  // of the sum of squares
   return 1.0 + std::max(0.0, trial.left - usual_power() * trial.samples) / kUnexplained;
 }
@@ -405,7 +406,7 @@ Event Watch::State::event_of(bool settled) const {
   }
   std::sort(order.begin(), order.begin() + n, [&](int a, int b) { return log_p[a] > log_p[b]; });
   const int best = order[0];
-  const Trial& trial = trials()[best];
+  const Hypothesis& trial = trials()[best];
   const double doubt = doubt_of(trial);
   double sum = 0.0;
   for (int i = 0; i < n; ++i) sum += std::exp((log_p[i] - log_p[best]) / doubt);
@@ -467,7 +468,7 @@ void Watch::State::go_on_trying(Session& session) {
     std::visit([&](auto& o) { o.replay.pass(before, what, noise, sample_s, kGate); }, observer);
   if (passes < kFewestPasses) return;
   const int best = best_trial();
-  const Trial& trial = trials()[best];
+  const Hypothesis& trial = trials()[best];
   if (told) {
     if (watched >= trial.onset + watch.settled_s) tell(session, best, true);
     return;
