@@ -48,7 +48,7 @@ std::string row_text(const Row& row, const Model* truth) {
 
 std::string heading(const Comparison& c, const Model* truth) {
   return fmt::format("  {:<20} {:>12}   {:<9} {:>12}   {:<9} {:>9} {:>7}{}  unit\n", "",
-                     "recursive", c.recursive.estimate.filter, "batch", "HAC sd", "differ", "in sd",
+                     "recursive", c.recursive.estimate.filter, "batch", "sd", "differ", "in sd",
                      truth != nullptr ? fmt::format(" {:>12}", "truth") : "");
 }
 
