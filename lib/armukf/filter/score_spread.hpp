@@ -29,6 +29,9 @@ class ScoreSpread {
 
   bool has_begun() const { return n_ > 0; }
 
+  /// Whether it has not begun, or begun with so many unknowns.
+  bool fits(int n) const { return n_ == 0 || n_ == n; }
+
   /// Ends a stretch at theta(k) with the covariance P(i, j). What was summed before counts `keeps`
   /// times as much from now on.
   template <class Theta, class Covariance>
@@ -67,7 +70,6 @@ class ScoreSpread {
   template <class Archive>
   void archive(Archive& archive) {
     archive(n_, stretches_, weight_, weight2_, M_, last_);
-    n_ = std::clamp(n_, 0, Most);  // it is a size, whoever wrote the archive
   }
 
  private:

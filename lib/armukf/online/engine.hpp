@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "armukf/core/error.hpp"
 #include "armukf/filter/covariance_filter.hpp"
 #include "armukf/filter/noise_adaptation.hpp"
 #include "armukf/filter/noise_spectrum.hpp"
@@ -308,6 +309,7 @@ class Engine {
     archive(filter_, noise_, watch_, learnt_, kick_, usual_dt_, steps_since_update_, opening_);
     archive(scores_, widening_, scored_at_, scores_keep_, samples_, seen_, expected_, since_fade_,
             faded_at_);
+    if (!scores_.fits(coordinates_->size())) throw InputError("has scores of other unknowns");
     archive(believed_spread_, last_.t, last_.dt, last_.u, parameters_, model_error_, adaptation_,
             updated_at_);
   }
