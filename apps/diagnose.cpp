@@ -81,8 +81,7 @@ void diagnose(DiagnoseOptions& o) {
             [&](std::string_view stage, double share) { progress.show(stage, share); });
   progress.wipe();
   summary.estimation = estimation.name;
-  summary.validation = o.validation.empty() ? "blocks of it that are left out in turn"
-                                            : fmt::format("{}", fmt::join(o.validation, ", "));
+  summary.validation = judges_text(o.validation);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   summary.seconds = taken.count();
   write_report(o.report, diagnosis_text(summary), diagnosis_json(summary));

@@ -28,7 +28,7 @@ from pathlib import Path
 
 import sweeps
 import tune
-from blind_programs import KNOWN, called
+from blind_programs import called, told
 from recursive_figures import Checks
 from sweeps import ROOT, TRUTH
 
@@ -67,17 +67,13 @@ def recorded(options, condition, noise_seed, folder):
     return record, json.loads(truth.read_text())["arm"]
 
 
-def told(arm):
-    return [word for name in KNOWN for word in ("--set", f"{name}={arm[name]!r}")]
-
-
 def estimated(options, record, arm, model=None):
     words = ["--model", model] if model else []
-    return sweeps.armukf(options.program, "estimate", record, "--filter", options.filter, *told(arm), *words)
+    return sweeps.armukf(options.program, "estimate", record, "--filter", options.filter, *told({"arm": arm}), *words)
 
 
 def fitted(options, record, arm):
-    return sweeps.armukf(options.program, "fit", record, "--free-initial", "all", "--threads", 1, *told(arm))
+    return sweeps.armukf(options.program, "fit", record, "--free-initial", "all", "--threads", 1, *told({"arm": arm}))
 
 
 def told_model(condition, folder):

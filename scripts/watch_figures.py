@@ -21,7 +21,7 @@ import tempfile
 from pathlib import Path
 
 import sweeps
-from blind_programs import KNOWN, called
+from blind_programs import called, told
 from recursive_figures import Checks
 from sweeps import ROOT, TRUTH
 
@@ -51,13 +51,12 @@ def watched(options, arm, duration, changes):
         called([options["plant"], "--seed", arm, "--motion", "square", "--period", 10, "--duration", duration,
                 "--sensor-noise", options["sensor"], "--sensor-pole", 0.5, "--torque-noise", options["torque"],
                 "--torque-pole", 0.9, "--estimation", record, "--truth", truth, *words], 300)
-        values = json.loads(truth.read_text())["arm"]
-        known = [word for name in KNOWN for word in ("--set", f"{name}={values[name]!r}")]
+        true = json.loads(truth.read_text())
         done = subprocess.run([options["program"], "estimate", record, "--watch", "--events", "-", "--json",
-                               summary, "--quiet", *known], capture_output=True, text=True, check=False)
+                               summary, "--quiet", *told(true)], capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise sweeps.Failed(done.stderr.strip())
-        return [json.loads(line) for line in done.stdout.splitlines()], json.loads(summary.read_text()), values
+        return [json.loads(line) for line in done.stdout.splitlines()], json.loads(summary.read_text()), true["arm"]
 
 
 def trial(item):

@@ -29,10 +29,10 @@ py::tuple diagnosed(const NamedRows& rows, const std::vector<NamedRows>& validat
   settings.longest_gap_s = start.settings.gate.longest_gap_s;
   settings.most_effects = most_effects;
   settings.threads = threads;
-  DiagnosisSummary summary{.diagnosis = {}, .estimation = rows.first, .validation = {}};
-  for (const Record& record : validation)
-    summary.validation += (summary.validation.empty() ? "" : ", ") + record.name;
-  if (validation.empty()) summary.validation = "blocks of it that are left out in turn";
+  std::vector<std::string> judges;
+  for (const Record& record : validation) judges.push_back(record.name);
+  DiagnosisSummary summary{
+      .diagnosis = {}, .estimation = rows.first, .validation = judges_text(judges)};
   std::string json;
   {
     const py::gil_scoped_release unlocked;

@@ -17,14 +17,10 @@ class WatchProgram : public Program {
   /// controller does not know, and the record says what it commanded.
   void put_record() const {
     run("simulate -o whole.csv --sensor-noise 0.1 --torque-disturbance 0.1 --quiet");
-    std::istringstream lines(text("whole.csv"));
-    std::string changed;
-    for (std::string line; std::getline(lines, line);) {
-      if (line.empty() || line[0] == '#' || line[0] == 't') {
-        changed += line + "\n";
-        continue;
-      }
-      std::istringstream cells(line);
+    const std::vector<std::string> lines = lines_of(text("whole.csv"));
+    std::string changed = lines[0] + "\n";
+    for (std::size_t k = 1; k < lines.size(); ++k) {
+      std::istringstream cells(lines[k]);
       double t = 0.0;
       double u = 0.0;
       double y = 0.0;
@@ -42,8 +38,8 @@ TEST_F(WatchProgram, WritesALineForTheChangeAndOneForItsSize) {
       run("estimate record.csv --watch --events events.jsonl --json summary.json");
   ASSERT_EQ(outcome.status, 0) << outcome.error;
   std::vector<nlohmann::json> events;
-  std::istringstream lines(text("events.jsonl"));
-  for (std::string line; std::getline(lines, line);) events.push_back(nlohmann::json::parse(line));
+  for (const std::string& line : lines_of(text("events.jsonl")))
+    events.push_back(nlohmann::json::parse(line));
   ASSERT_EQ(events.size(), 2U) << text("events.jsonl");
   for (const auto& event : events) {
     EXPECT_EQ(event["what"], "torque_gain");
@@ -66,10 +62,9 @@ TEST_F(WatchProgram, EventsHaveStandardOutputToThemselves) {
 
 TEST_F(WatchProgram, NamesTheArmWhereThereAreMany) {
   put_record();
-  std::istringstream lines(text("record.csv"));
-  std::string keyed = "arm,t,u,y\n";
-  for (std::string line; std::getline(lines, line);)
-    if (!line.empty() && line[0] != '#' && line[0] != 't') keyed += "left," + line + "\n";
+  const std::vector<std::string> lines = lines_of(text("record.csv"));
+  std::string keyed = "arm," + lines[0] + "\n";
+  for (std::size_t k = 1; k < lines.size(); ++k) keyed += "left," + lines[k] + "\n";
   put("keyed.csv", keyed);
   const Outcome outcome = run("estimate keyed.csv --key arm --watch --events - --quiet");
   ASSERT_EQ(outcome.status, 0) << outcome.error;

@@ -9,8 +9,6 @@
 namespace armukf {
 namespace {
 
-using Kind = Changeable::Kind;
-
 constexpr double kUsualPart = 0.2;  // of a value, that wear or another load changes it by
 // What scales all torques and inertias alike hardly shows: parameters that were found with it make
 // up for its error. Hence it is as good as known.
@@ -49,96 +47,55 @@ std::vector<Changeable> changeables(const Model& model, const Condition& conditi
   const auto add_parameter = [&](int i, double doubt) {
     const Parameter& p = model.parameters[i];
     const double size = std::max(std::abs(condition.parameters[i]), kLeastPart * p.scale);
-    all.push_back({Kind::kParameter, i, p.name, p.unit, kUsualPart * size, doubt,
+    all.push_back({nullptr, i, p.name, p.unit, kUsualPart * size, doubt,
                    is_resonant(i) ? kLinearResonant : kLinear});
   };
   for (const int i : model.unknowns()) add_parameter(i, kDoubtOfUnknown);
   for (const int i : kFriction)
     if (model.parameters[i].known) add_parameter(i, 0.5);
   if (model.parameters[kJ].known) add_parameter(kJ, kDoubtOfScale);
-  const auto add = [&](Kind kind, const char* name, const char* unit, double usual, double doubt) {
-    if (!model.has_effect(name)) all.push_back({kind, -1, name, unit, usual, doubt, kLinear});
+  const auto add = [&](double Condition::*beyond, const char* name, const char* unit, double usual,
+                       double doubt) {
+    if (!model.has_effect(name)) all.push_back({beyond, -1, name, unit, usual, doubt, kLinear});
   };
-  add(Kind::kPayload, "payload_change", "-", 0.3, kDoubtOfSum);
+  add(&Condition::payload, "payload_change", "-", 0.3, kDoubtOfSum);
   if (!model.has_effect("friction_parameters"))
-    all.push_back({Kind::kFrictionLevel, -1, "friction_level", "-", kUsualPart, kDoubtOfSum,
+    all.push_back({&Condition::friction_level, -1, "friction_level", "-", kUsualPart, kDoubtOfSum,
                    kLinear, kLogPriorOfLevel});
-  add(Kind::kTorqueGain, "torque_gain", "-", 0.1, kDoubtOfScale);
-  add(Kind::kTorqueBias, "torque_bias", "N.m", 0.05, 2.0);
-  add(Kind::kInputDelay, "input_delay", "s", 1e-3, 0.5);
-  all.push_back({Kind::kSensorGain, -1, "sensor_gain", "-", 0.03, 3.0 * kDoubtOfScale, kLinear});
-  all.push_back({Kind::kSensorBias, -1, "sensor_bias", "rad/s", 0.1, 1.0, kLinear});
+  add(&Condition::torque_gain, "torque_gain", "-", 0.1, kDoubtOfScale);
+  add(&Condition::torque_bias, "torque_bias", "N.m", 0.05, 2.0);
+  add(&Condition::input_delay, "input_delay", "s", 1e-3, 0.5);
+  all.push_back(
+      {&Condition::sensor_gain, -1, "sensor_gain", "-", 0.03, 3.0 * kDoubtOfScale, kLinear});
+  all.push_back({&Condition::sensor_bias, -1, "sensor_bias", "rad/s", 0.1, 1.0, kLinear});
   return all;
 }
 
 double value_of(const Condition& c, const Changeable& what) {
-  switch (what.kind) {
-    case Kind::kParameter:
-      return c.parameters[what.parameter];
-    case Kind::kPayload:
-      return c.payload;
-    case Kind::kFrictionLevel:
-      return c.friction_level;
-    case Kind::kTorqueGain:
-      return c.torque_gain;
-    case Kind::kTorqueBias:
-      return c.torque_bias;
-    case Kind::kInputDelay:
-      return c.input_delay;
-    case Kind::kSensorGain:
-      return c.sensor_gain;
-    case Kind::kSensorBias:
-      return c.sensor_bias;
-  }
-  return 0.0;
+  return what.is_parameter() ? c.parameters[what.parameter] : c.*what.beyond;
 }
 
 double least_amount(const Model& model, const Condition& c, const Changeable& what) {
   constexpr double kMost = 0.95;  // of what is there
   const double value = value_of(c, what);
-  switch (what.kind) {
-    case Kind::kParameter:
-      return -kMost * (value - model.parameters[what.parameter].lower);
-    case Kind::kInputDelay:
-      return -value;
-    case Kind::kTorqueBias:
-    case Kind::kSensorBias:
-      return -kInfinite;
-    default:
-      return -kMost * (1.0 + value);
-  }
+  if (what.is_parameter()) return -kMost * (value - model.parameters[what.parameter].lower);
+  if (what.beyond == &Condition::input_delay) return -value;
+  if (what.beyond == &Condition::torque_bias || what.beyond == &Condition::sensor_bias)
+    return -kInfinite;
+  return -kMost * (1.0 + value);
 }
 
 Condition altered(Condition c, const Changeable& what, double amount) {
-  switch (what.kind) {
-    case Kind::kParameter:
-      c.parameters[what.parameter] += amount;
-      break;
-    case Kind::kPayload:
-      carry(c, (1.0 + c.payload + amount) / (1.0 + c.payload));
-      c.payload += amount;
-      break;
-    case Kind::kFrictionLevel:
-      for (const int i : kFriction)
-        c.parameters[i] *= (1.0 + c.friction_level + amount) / (1.0 + c.friction_level);
-      c.friction_level += amount;
-      break;
-    case Kind::kTorqueGain:
-      c.torque_gain += amount;
-      break;
-    case Kind::kTorqueBias:
-      c.torque_bias += amount;
-      break;
-    case Kind::kInputDelay:
-      c.input_delay += amount;
-      break;
-    case Kind::kSensorGain:
-      c.sensor_gain += amount;
-      break;
-    case Kind::kSensorBias:
-      c.sensor_bias += amount;
-      break;
+  if (what.is_parameter()) {
+    c.parameters[what.parameter] += amount;
+    return c;
   }
+  double& value = c.*what.beyond;
+  const double factor = (1.0 + value + amount) / (1.0 + value);
+  if (what.beyond == &Condition::payload) carry(c, factor);
+  if (what.beyond == &Condition::friction_level)
+    for (const int i : kFriction) c.parameters[i] *= factor;
+  value += amount;
   return c;
 }
 

@@ -23,12 +23,6 @@ struct Condition {
   double sensor_bias = 0.0;     // rad/s
   double payload = 0.0;         // relative to the arm's own inertia, in J, a_m and a_g
   double friction_level = 0.0;  // relative, in Fv, Fc and Fcs
-
-  template <class Archive>
-  void archive(Archive& archive) {
-    archive(parameters, torque_gain, torque_bias, input_delay, sensor_gain, sensor_bias, payload,
-            friction_level);
-  }
 };
 
 /// The torques commanded lately.
@@ -52,24 +46,16 @@ class TorqueMemory {
 
 /// Something of a machine that may change by itself.
 struct Changeable {
-  enum class Kind {
-    kParameter,
-    kPayload,
-    kFrictionLevel,
-    kTorqueGain,
-    kTorqueBias,
-    kInputDelay,
-    kSensorGain,
-    kSensorBias
-  };
-  Kind kind;
-  int parameter;     // of the model; -1: none
-  std::string name;  // a parameter's, or as in the contract's list of events
+  double Condition::*beyond;  // which of what is beyond the parameters; null: a parameter
+  int parameter;              // of the model; -1: none
+  std::string name;           // a parameter's, or as in the contract's list of events
   std::string unit;
   double usual;            // size of a change that is usual, one deviation; the unit of all amounts
   double doubt;            // how far off the value may be before, as part of that
   double linear;           // how far it may move before predictions bend, as part of that
   double log_prior = 0.0;  // of this name beside the others
+
+  bool is_parameter() const { return beyond == nullptr; }
 };
 
 inline constexpr int kMostChangeables = 64;

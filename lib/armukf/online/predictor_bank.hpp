@@ -9,6 +9,7 @@
 
 #include "armukf/core/constants.hpp"
 #include "armukf/core/lanes.hpp"
+#include "armukf/filter/noise_spectrum.hpp"
 #include "armukf/model/dynamics.hpp"
 #include "armukf/model/model.hpp"
 #include "armukf/model/plant.hpp"
@@ -24,10 +25,8 @@ inline constexpr int kPredictorNoises = 2;
 /// The noises that a predictor reckons with, per usual sample: coloured ones of the driven mass's
 /// torque and of the sensor.
 struct PredictorNoise {
-  double torque_sd = 0.0;  // N.m
-  double torque_pole = 0.0;
-  double sensor_sd = 0.0;  // rad/s
-  double sensor_pole = 0.0;
+  ColouredNoise torque;  // N.m
+  ColouredNoise sensor;  // rad/s
 };
 
 /// Leaves out single measurements that cannot be; several in a row are a change, not outliers.
@@ -97,8 +96,8 @@ class PredictorBank {
     Belief belief;
     std::copy_n(x.begin(), states(), belief.mean.begin());
     for (int i = 0; i < states(); ++i) belief.covariance[i][i] = kStartSd * kStartSd;
-    belief.covariance[torque_row()][torque_row()] = noise_.torque_sd * noise_.torque_sd;
-    belief.covariance[sensor_row()][sensor_row()] = noise_.sensor_sd * noise_.sensor_sd;
+    belief.covariance[torque_row()][torque_row()] = noise_.torque.sd * noise_.torque.sd;
+    belief.covariance[sensor_row()][sensor_row()] = noise_.sensor.sd * noise_.sensor.sd;
     believe(belief);
   }
 
@@ -120,7 +119,7 @@ class PredictorBank {
     const double gain = 1.0 + machines_[0].sensor_gain[0];
     for (int i = 0; i < n; ++i) PH[i] = gain * P[i][kMeasuredState] + P[i][sensor_row()];
     const double S = gain * PH[kMeasuredState] + PH[sensor_row()] +
-                     kWhitePart * noise_.sensor_sd * noise_.sensor_sd;
+                     kWhitePart * noise_.sensor.sd * noise_.sensor.sd;
     const double inverse = 1.0 / S;
     scale_ = std::sqrt(inverse);
     for (int p = 0; p < pack_count_; ++p) innovations_[p] = y - shown(machines_[p], t);
@@ -223,8 +222,8 @@ class PredictorBank {
     propagate(propagation_, Motion{m}, x, t, dt);
     x[kDriven].packs[0] += half_kick;
     for (int i = 0; i < states(); ++i) m.x[i] = x[i];
-    m.x[torque_row()].packs[0] *= noise_.torque_pole;
-    m.x[sensor_row()].packs[0] *= noise_.sensor_pole;
+    m.x[torque_row()].packs[0] *= noise_.torque.pole;
+    m.x[sensor_row()].packs[0] *= noise_.sensor.pole;
   }
 
   double lane(int lane, int row) const {
@@ -243,8 +242,8 @@ class PredictorBank {
     for (int i = 0; i < states(); ++i)
       transposed[torque_row()][i] =
           0.5 * kick_ * (transposed[kDriven][i] + (i == kDriven ? 1.0 : 0.0));
-    transposed[torque_row()][torque_row()] = noise_.torque_pole;
-    transposed[sensor_row()][sensor_row()] = noise_.sensor_pole;
+    transposed[torque_row()][torque_row()] = noise_.torque.pole;
+    transposed[sensor_row()][sensor_row()] = noise_.sensor.pole;
     // P F', and of that, which is (F P)', again the product with F'.
     const Square PF = product(P, transposed);
     Square FP{};
@@ -255,8 +254,8 @@ class PredictorBank {
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < i; ++j) P[j][i] = P[i][j];
     for (int i = 0; i < states(); ++i) P[i][i] += kLeastNoise;
-    P[torque_row()][torque_row()] += driving(noise_.torque_sd, noise_.torque_pole);
-    P[sensor_row()][sensor_row()] += driving(noise_.sensor_sd, noise_.sensor_pole);
+    P[torque_row()][torque_row()] += noise_.torque.driving_variance();
+    P[sensor_row()][sensor_row()] += noise_.sensor.driving_variance();
   }
 
   static Square product(const Square& a, const Square& b) {
@@ -267,7 +266,6 @@ class PredictorBank {
     return sum;
   }
 
-  static double driving(double sd, double pole) { return sd * sd * (1.0 - pole * pole); }
   static constexpr double kLeastNoise = 1e-16;  // rad^2, (rad/s)^2
 
   const Model* model_;

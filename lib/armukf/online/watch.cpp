@@ -1,5 +1,6 @@
 #include "armukf/online/watch.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -54,7 +55,6 @@ struct Watch::State {
 
   std::span<const Event> see(Session& session, const Sample& sample, const Estimate& estimate);
   void follow(const Sample& sample, const Estimate& estimate, double dt, bool broken);
-  void take(double innovation);
   void freeze(const Memory& from, bool knows_rest = false);
   PredictorNoise noise_of_incomplete_model() const;
   void set_prior(const SquareMatrix& P);
@@ -125,7 +125,6 @@ struct Watch::State {
   int astray = 0;
   bool running = false;
   double alarm_at = -1.0;
-  std::vector<Finding> alarmed;  // when the alarm was raised
   double alarm_onset = 0.0;
   int passes = 0;
   bool told = false;
@@ -188,7 +187,7 @@ void Watch::State::freeze(const Memory& from, bool knows_rest) {
   std::ranges::copy(from.values, condition.parameters.begin());
   const LearntNoise& learnt = from.belief.noise;
   sample_s = learnt.sample_s > 0.0 ? learnt.sample_s : 5e-4;
-  noise = {learnt.torque_sd, learnt.torque_pole, learnt.sensor_sd, learnt.sensor_pole};
+  noise = {{learnt.torque_sd, learnt.torque_pole}, {learnt.sensor_sd, learnt.sensor_pole}};
   knows_noise = learnt.known;
   if (!knows_noise) noise = noise_of_incomplete_model();
   what = changeables(model, condition);
@@ -215,7 +214,8 @@ void Watch::State::freeze(const Memory& from, bool knows_rest) {
 PredictorNoise Watch::State::noise_of_incomplete_model() const {
   constexpr double kPole = 0.9;
   const double per_sample = settings.noise.learning.most_torque / std::sqrt(sample_s);
-  return {per_sample * std::sqrt((1.0 - kPole) / (1.0 + kPole)), kPole, settings.noise.sensor, 0.0};
+  return {{per_sample * std::sqrt((1.0 - kPole) / (1.0 + kPole)), kPole},
+          {settings.noise.sensor, 0.0}};
 }
 
 /// What is known of the unknowns is that, with twice its variance: an early belief is too sure.
@@ -224,30 +224,20 @@ void Watch::State::set_prior(const SquareMatrix& P) {
   std::vector<double> doubts;
   for (const Changeable& w : what) doubts.push_back(w.doubt);
   test.believe(doubts);
-  // The inverse, by Gauss and Jordan; the unknowns come first of what may change.
+  // The unknowns come first of what may change.
   const int m = P.size();
-  std::vector<std::vector<double>> A(m, std::vector<double>(2 * m, 0.0));
-  for (int i = 0; i < m; ++i) {
-    for (int j = 0; j < m; ++j) A[i][j] = kEarly * P(i, j) / (what[i].usual * what[j].usual);
-    A[i][m + i] = 1.0;
-  }
-  for (int k = 0; k < m; ++k) {
-    const double pivot = 1.0 / A[k][k];
-    for (double& v : A[k]) v *= pivot;
-    for (int i = 0; i < m; ++i) {
-      if (i == k) continue;
-      const double f = A[i][k];
-      for (int j = 0; j < 2 * m; ++j) A[i][j] -= f * A[k][j];
-    }
-  }
+  Eigen::MatrixXd relative(m, m);
   for (int i = 0; i < m; ++i)
-    for (int j = 0; j < m; ++j) ring.past().row(i)[j] = A[i][m + j];
+    for (int j = 0; j < m; ++j) relative(i, j) = kEarly * P(i, j) / (what[i].usual * what[j].usual);
+  const Eigen::MatrixXd inverse = relative.ldlt().solve(Eigen::MatrixXd::Identity(m, m));
+  for (int i = 0; i < m; ++i)
+    for (int j = 0; j < m; ++j) ring.past().row(i)[j] = inverse(i, j);
 }
 
 /// Whether these are parameters from which the frozen ones look bent.
 bool Watch::State::has_moved(const Memory& from) const {
   return std::ranges::any_of(what, [&](const Changeable& w) {
-    if (w.kind != Changeable::Kind::kParameter) return false;
+    if (!w.is_parameter()) return false;
     const double by = from.values[w.parameter] - condition.parameters[w.parameter];
     return std::abs(by) > w.linear * w.usual;
   });
@@ -272,8 +262,7 @@ void Watch::State::learn_spread() {
 void Watch::State::find_bend() {
   double now = 1.0;
   for (int i = 0; i < count(); ++i) {
-    if (what[i].kind != Changeable::Kind::kParameter || model.parameters[what[i].parameter].known)
-      continue;
+    if (!what[i].is_parameter() || model.parameters[what[i].parameter].known) continue;
     const double sd = test.offset_sd(i);
     const double off = test.offset()[i];
     now = std::max(now, 1.0 + (sd * sd + off * off) / (what[i].linear * what[i].linear));
@@ -349,7 +338,7 @@ void Watch::State::begin_trials(int best) {
   before = condition;
   std::ranges::copy(memory_before(test.findings()[best].onset - 0.1).values,
                     before.parameters.begin());
-  alarmed = test.findings();
+  const std::vector<Finding>& alarmed = test.findings();
   std::array<double, kMostChangeables> amounts{};
   for (int i = 0; i < count(); ++i) amounts[i] = std::clamp(alarmed[i].amount, -1.0, 1.0);
   const double onset = alarm_onset = alarmed[best].onset;

@@ -183,6 +183,11 @@ std::string candidates_text(const Diagnosis& d) {
 
 }  // namespace
 
+std::string judges_text(const std::vector<std::string>& validation) {
+  if (validation.empty()) return "blocks of it that are left out in turn";
+  return fmt::format("{}", fmt::join(validation, ", "));
+}
+
 Json diagnosis_json(const DiagnosisSummary& s) {
   const Diagnosis& d = s.diagnosis;
   Json effects = Json::array();

@@ -5,6 +5,7 @@
 #include "armukf/model/learnt_laws.hpp"
 
 namespace armukf {
+
 nlohmann::ordered_json laws_json(const Identification& found) {
   nlohmann::ordered_json laws = nlohmann::ordered_json::object();
   for (const LawTable& table : tabulated_laws(found.model, found.covariance))

@@ -14,7 +14,7 @@ from numbers import Integral
 from typing import Any, Literal, Union, cast
 
 from . import _core
-from .model import Model, ModelSource
+from .model import Model, ModelSource, filtered
 from .results import (Comparison, Diagnosis, EstimateSummary, Evaluation, Experiment, Fit, Floats,
                       SimulatedExperiment, Smoothed, read, taken)
 
@@ -41,11 +41,6 @@ def _all_named(records: Records, name: str) -> list[tuple[str, Floats]]:
     if isinstance(records, (list, tuple)):
         return [_named(record, f"{name}[{k}]") for k, record in enumerate(records)]
     return [_named(cast(Record, records), name)]
-
-
-def _model(model: ModelSource, filter: str | None = None) -> Model:
-    chosen = Model(model)
-    return chosen if filter is None else chosen.set({"filter.kind": filter})
 
 
 def _whole(least: int, most: int = 2**31 - 1, **values: int | None) -> None:
@@ -106,7 +101,7 @@ def estimate(record: Record, model: ModelSource = None, *, filter: str | None = 
     Session.run() gives what was believed after each sample.
     """
     _whole(1, passes=passes)
-    text, found = _core.estimate(_named(record, "record"), _model(model, filter)._core, passes)
+    text, found = _core.estimate(_named(record, "record"), filtered(model, filter)._core, passes)
     return _summary(json.loads(text), Model._of(found))
 
 
@@ -117,7 +112,7 @@ def _summary(content: dict[str, Any], model: Model) -> EstimateSummary:
 def score(record: Record, model: ModelSource = None, *, filter: str | None = None) -> dict[str, Any]:
     """Likelihood and innovations of one pass, for tuning: what `armukf estimate --score` prints, for the
     whole record as its only part."""
-    return dict(json.loads(_core.score(_named(record, "record"), _model(model, filter)._core)))
+    return dict(json.loads(_core.score(_named(record, "record"), filtered(model, filter)._core)))
 
 
 def smooth(record: Record, model: ModelSource = None, *, filter: str | None = None, passes: int = 2,
@@ -127,7 +122,7 @@ def smooth(record: Record, model: ModelSource = None, *, filter: str | None = No
     passes: of the filter, the last of which is smoothed. progress is told the share that is done.
     """
     _whole(1, passes=passes)
-    named, chosen = _named(record, "record"), _model(model, filter)
+    named, chosen = _named(record, "record"), filtered(model, filter)
     text, status, values, sd = _core.smooth(named, chosen._core, passes, progress)
     content = json.loads(text)
     return read(Smoothed, content, json=content, t=named[1][:, 0], y=named[1][:, 2], status=status,
@@ -152,7 +147,7 @@ def fit(records: Records, model: ModelSource = None, *,
     _whole(1, starts=starts, iterations=iterations)
     _whole(0, _MOST_SEED, seed=seed)
     _whole(0, threads=threads)
-    chosen = _model(model)
+    chosen = Model(model)
     text, found = _core.fit(_all_named(records, "records"), chosen._core, criterion == "prediction", starts,
                             seed, threads, robust, iterations, blocks, *_initial(chosen, free_initial, initial))
     return _fit(json.loads(text), Model._of(found))
@@ -173,7 +168,7 @@ def evaluate(records: Records, model: ModelSource = None, *, horizon: int | None
     _whole(1, horizon=horizon)
     if initial_from is not None and not 0 < initial_from <= 1:
         raise _core.InputError(f"initial_from: must be above 0 and at most 1, not {initial_from}")
-    chosen = _model(model)
+    chosen = Model(model)
     text, pieces = _core.evaluate(_all_named(records, "records"), chosen._core, horizon, initial_from,
                                   *_initial(chosen, free_initial, initial))
     return [Evaluation(content, read(Experiment, content), horizon, samples, y_hat,
@@ -187,7 +182,7 @@ def compare(record: Record, model: ModelSource = None, *, filter: str | None = N
     """The recursive beside the batch estimate of a record; free_initial="all" compares like with like."""
     _whole(1, passes=passes, starts=starts)
     _whole(0, threads=threads)
-    chosen = _model(model, filter)
+    chosen = filtered(model, filter)
     text, recursive, batch = _core.compare(_named(record, "record"), chosen._core, passes, starts, threads,
                                            *_initial(chosen, free_initial, initial))
     content = json.loads(text)
@@ -207,7 +202,7 @@ def diagnose(record: Record, validate: Records = (), model: ModelSource = None, 
     _whole(1, most_effects=most_effects)
     _whole(0, threads=threads)
     text, completed, samples, before, after = _core.diagnose(
-        _named(record, "record"), _all_named(validate, "validate"), _model(model)._core, most_effects, threads,
+        _named(record, "record"), _all_named(validate, "validate"), Model(model)._core, most_effects, threads,
         progress)
     content = json.loads(text)
     return read(Diagnosis, content, json=content, model=Model._of(completed), samples=samples,
@@ -216,9 +211,9 @@ def diagnose(record: Record, validate: Records = (), model: ModelSource = None, 
 
 def start_from_slow_motion(record: Record, model: ModelSource = None) -> Model:
     """The model with friction and the total inertia J from a record of slow motion, without any guess."""
-    return Model._of(_core.start_from_slow_motion(_named(record, "record"), _model(model)._core))
+    return Model._of(_core.start_from_slow_motion(_named(record, "record"), Model(model)._core))
 
 
 def start_from_frequency_response(record: Record, model: ModelSource = None) -> Model:
     """The model with masses and springs from the frequency response of a record, without any guess."""
-    return Model._of(_core.start_from_frequency_response(_named(record, "record"), _model(model)._core))
+    return Model._of(_core.start_from_frequency_response(_named(record, "record"), Model(model)._core))

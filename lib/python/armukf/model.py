@@ -199,3 +199,9 @@ class Model:
 
 # What becomes a model: one to copy, the path of a model file, or None for the published arm.
 ModelSource = Union[Model, str, "os.PathLike[str]", None]
+
+
+def filtered(model: ModelSource, filter: str | None) -> Model:
+    """A copy of the model, with another filter if there is one."""
+    chosen = Model(model)
+    return chosen if filter is None else chosen.set({"filter.kind": filter})

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from . import _core
-from .model import Model, ModelSource
+from .model import Model, ModelSource, filtered
 from .results import Estimate, Estimates, Floats, ParameterEstimate, Status, parameter_table
 
 
@@ -22,9 +22,7 @@ class Session:
     """
 
     def __init__(self, model: ModelSource = None, filter: str | None = None) -> None:
-        start = Model(model)
-        if filter is not None:
-            start.set({"filter.kind": filter})
+        start = filtered(model, filter)
         self._core = _core.Session(start._core)
         self._names = (*start.states, *start.unknowns)
         self._units = tuple(start.units)
