@@ -36,6 +36,17 @@ TEST(Trials, CountAllThatWasLookedAt) {
   EXPECT_NEAR(looks({{1.0, 2.0}, {}, 302.0, 800.0}), without + 2 * 300 + 3 * 800, 1e-9 * without);
 }
 
+TEST(Trials, KeepWhatAnEffectFreesNearWhatWasKnownOfIt) {
+  const Model model = published_estimate();
+  const std::vector<Trial> trials = trials_of("friction_parameters", model, {});
+  ASSERT_EQ(trials.size(), 1U);
+  for (const int i : trials.front().sizes) {
+    const Parameter& freed = trials.front().model.parameters[i];
+    EXPECT_DOUBLE_EQ(freed.lower, model.parameters[i].value / 10.0) << freed.name;
+    EXPECT_DOUBLE_EQ(freed.upper, model.parameters[i].value * 10.0) << freed.name;
+  }
+}
+
 TEST(Trials, LeaveOutWhatTheModelHas) {
   Model model = published_estimate();
   model.add_effect("backlash");

@@ -189,6 +189,38 @@ TEST(LinearModelWithProcessNoise, IteratedEkfIsTheKalmanFilter) {
   expect_kalman_with_room(IteratedFilter<Roomy>(kRoomy));
 }
 
+/// Leaves NaN where the next function called has its numbers.
+[[gnu::noinline]] void spoil_the_stack() {
+  std::array<volatile double, 16384> below;
+  for (volatile double& number : below) number = NAN;
+}
+
+/// More room than the directions of one call: what lies beyond the belief's size must not count.
+using Spacious = BoundedShape<8, 40>;
+
+[[gnu::noinline]] void move_linearised(const Gaussian<Spacious>& belief, const LinearModel& model,
+                                       Image<Spacious>& image) {
+  image = Linearised<Spacious>()(belief, RoomyLinearModel{model});
+}
+
+TEST(Linearised, CountsNothingBeyondTheBeliefsSize) {
+  const LinearModel model(3);
+  const ExactKalman start;
+  Gaussian<Spacious> belief{};
+  belief.shape = {kStates, kSize};
+  for (int i = 0; i < kSize; ++i) {
+    belief.mean[i] = start.mean[i];
+    belief.covariance[i][i] = 1.0;
+  }
+  const Matrix F = model.transition();
+  const Matrix P = F * F.transpose();
+  Image<Spacious> image;
+  spoil_the_stack();
+  move_linearised(belief, model, image);
+  for (int i = 0; i < kStates; ++i)
+    for (int j = 0; j < kStates; ++j) EXPECT_NEAR(image.covariance[i][j], P(i, j), kTolerance);
+}
+
 /// Beliefs of one filter pass over all steps, and of the exact one.
 struct Passed {
   std::vector<ExactKalman> exact;

@@ -58,9 +58,7 @@ Model without(const Model& full, const Model& base, const std::string& effect,
     if (other.effect != effect) model.add_effect(other.effect);
   for (Parameter& p : model.parameters) {
     const Parameter& as_it_is = full.parameter(p.name);
-    if (p.known) continue;  // also what only that effect had set free
-    p.value = as_it_is.value;
-    p.known = as_it_is.known;
+    if (!p.known) p = as_it_is;  // else it is what only that effect had set free
   }
   return model;
 }

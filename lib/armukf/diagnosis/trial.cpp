@@ -51,6 +51,16 @@ std::vector<Trial> crossed(const std::vector<Trial>& trials, int position, const
   return all;
 }
 
+/// What an effect frees stays within this factor of what was known of it: friction that lies
+/// further off is another law, and its parameters would follow whatever else is missing.
+constexpr double kFurthest = 10.0;
+
+void keep_near(Parameter& p) {
+  if (!(p.value > 0.0)) return;
+  p.lower = std::max(p.lower, p.value / kFurthest);
+  p.upper = std::min(p.upper, p.value * kFurthest);
+}
+
 /// The effect, if the model does not have it; if it may be there several times, at other harmonics
 /// or frequencies, with the next number; else nothing.
 std::string one_more(std::string_view effect, const Model& model) {
@@ -69,7 +79,6 @@ std::string one_more(std::string_view effect, const Model& model) {
 std::vector<Trial> trials_of(std::string_view effect, const Model& model,
                              const Suggested& suggested) {
   Trial first{std::string(effect), model, {}};
-  const std::vector<int> before = model.unknowns();
   first.model.add_effect(effect);
   const EffectSlot& slot = first.model.effects.back();
   const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
@@ -77,8 +86,11 @@ std::vector<Trial> trials_of(std::string_view effect, const Model& model,
     if (parameters[i].role == Role::kSize)
       first.sizes.push_back(slot.first_parameter + static_cast<int>(i));
   if (parameters.empty()) {  // it frees others: those are what it changes
-    for (const int i : first.model.unknowns())
-      if (model.parameters[i].known) first.sizes.push_back(i);
+    for (const int i : first.model.unknowns()) {
+      if (!model.parameters[i].known) continue;
+      first.sizes.push_back(i);
+      keep_near(first.model.parameters[i]);
+    }
     if (first.sizes.empty()) return {};
   }
   for (std::size_t i = model.states.size(); i < first.model.states.size(); ++i)

@@ -88,6 +88,11 @@ class Linearised {
         place(there[i], first, all.gradient[i]);
       }
     });
+    // A bounded shape has room beyond its size, and sums go over all of it.
+    const int parts = (shape.size() + kDirections - 1) / kDirections;
+    for (int i = 0; i < shape.states(); ++i)
+      for (int k = parts * Lanes<kDirections>::kPacks; k < Row::kPacks; ++k)
+        all.gradient[i].packs[k] = Pack{};
     return all;
   }
 
