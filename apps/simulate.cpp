@@ -26,6 +26,7 @@ namespace armukf::apps {
 namespace {
 
 constexpr int kMostSamples = 5000000;      // with all states half a gigabyte
+constexpr double kSlowestPole = 0.999;     // of noise, which has settled when the record begins
 constexpr double kLongestSampleS = 0.002;  // s; the speed loop is unstable from 0.004 s on
 
 struct SimulateOptions {
@@ -46,6 +47,8 @@ std::string command_text(const SimulateOptions& o, const Model& model) {
       "armukf simulate --experiment {} --seed {} --samples {} --sample-time-s {} --sensor-noise {} "
       "--torque-disturbance {}",
       name_of(s.kind), s.seed, s.samples, s.sample_time_s, s.sensor_noise, s.torque_disturbance);
+  if (s.sensor_pole != 0.0) text += fmt::format(" --sensor-pole {}", s.sensor_pole);
+  if (s.torque_pole != 0.0) text += fmt::format(" --torque-pole {}", s.torque_pole);
   for (const EffectSlot& slot : model.effects) text += fmt::format(" --effect {}", slot.name());
   for (const Parameter& p : model.parameters) text += fmt::format(" --set {}={}", p.name, p.value);
   return text;
@@ -114,14 +117,18 @@ void add_experiment_options(CLI::App& command, SimulateOptions& o) {
       ->check(whole_number(1, kMostSamples));
   command.add_option("--sample-time-s", s.sample_time_s, "s between samples")
       ->check(number_above(0.0) & number_to(kLongestSampleS));
-  command
-      .add_option("--sensor-noise", s.sensor_noise, "rad/s, sd of the speed sensor's white noise")
+  command.add_option("--sensor-noise", s.sensor_noise, "rad/s, sd of the speed sensor's noise")
       ->check(number_from(0.0));
   command
-      .add_option(
-          "--torque-disturbance", s.torque_disturbance,
-          "N.m, sd of a white torque at the motor that is not in the record, held per sample")
+      .add_option("--sensor-pole", s.sensor_pole, "of that noise, from sample to sample; 0: white")
+      ->check(number_from(0.0) & number_to(kSlowestPole));
+  command
+      .add_option("--torque-disturbance", s.torque_disturbance,
+                  "N.m, sd of a torque at the motor that is not in the record, held per sample")
       ->check(number_from(0.0));
+  command
+      .add_option("--torque-pole", s.torque_pole, "of that torque, from sample to sample; 0: white")
+      ->check(number_from(0.0) & number_to(kSlowestPole));
   command.option_defaults()->always_capture_default(false);
 }
 

@@ -26,15 +26,17 @@ namespace armukf::python {
 namespace {
 
 py::tuple simulated(const ModelFile& start, const std::string& experiment, std::uint64_t seed,
-                    int samples, double sample_time_s, double sensor_noise,
-                    double torque_disturbance) {
+                    int samples, double sample_time_s, double sensor_noise, double sensor_pole,
+                    double torque_disturbance, double torque_pole) {
   ExperimentSettings settings;
   settings.kind = find_experiment(experiment);
   settings.seed = seed;
   settings.samples = samples;
   settings.sample_time_s = sample_time_s;
   settings.sensor_noise = sensor_noise;
+  settings.sensor_pole = sensor_pole;
   settings.torque_disturbance = torque_disturbance;
+  settings.torque_pole = torque_pole;
   SimulatedExperiment found;
   std::vector<double> states;
   {

@@ -138,6 +138,26 @@ TEST(Experiment, SensorNoiseIsWhatTheRecordAddsToTheTrueSpeed) {
   expect_deviation(noise, 0.25);
 }
 
+TEST(Experiment, PoleColoursTheSensorsNoiseAndLeavesItsSize) {
+  ExperimentSettings settings = settings_of(kEstimation);
+  settings.sensor_noise = 0.25;
+  settings.sensor_pole = 0.9;
+  const auto [record, states] = simulate_experiment(published_estimate(), settings);
+  double squares = 0.0;
+  double products = 0.0;
+  double last = 0.0;
+  for (std::size_t n = 0; n < states.size(); ++n) {
+    const double noise = record.samples[n].y - states[n][kSpeedMotor];
+    squares += noise * noise;
+    products += noise * last;
+    last = noise;
+  }
+  // Its variance is as sure as that of (1 - pole^2) / (1 + pole^2) as many white samples: 420.
+  const auto count = static_cast<double>(states.size());
+  EXPECT_NEAR(std::sqrt(squares / count), 0.25, 4.0 * 0.25 / std::sqrt(2.0 * 420.0));
+  EXPECT_NEAR(products / squares, 0.9, 4.0 * std::sqrt((1.0 - 0.9 * 0.9) / count));
+}
+
 TEST(Experiment, TorqueDisturbanceMovesTheMotorButIsNotInTheRecord) {
   const Model model = published_estimate();
   ExperimentSettings settings = settings_of(kEstimation);

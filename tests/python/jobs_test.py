@@ -29,10 +29,11 @@ class AsTheProgram(InFolder):
     def test_simulate(self):
         path = self.folder / "run.csv"
         program("simulate", "-o", path, "--experiment", "validation1", "--seed", 3, "--samples", 3000,
-                "--sensor-noise", 0.1, "--torque-disturbance", 0.2, "--effect", "backlash", "--states", "--quiet")
+                "--sensor-noise", 0.1, "--sensor-pole", 0.5, "--torque-disturbance", 0.2, "--torque-pole", 0.9,
+                "--effect", "backlash", "--states", "--quiet")
         model = armukf.Model.published_estimate().add_effect("backlash")
         found = armukf.simulate(model, "validation1", seed=3, samples=3000, sensor_noise=0.1,
-                                torque_disturbance=0.2)
+                                sensor_pole=0.5, torque_disturbance=0.2, torque_pole=0.9)
         text = "\n".join(line for line in path.read_text().splitlines() if line[0] != "#")
         wanted = columns(text)
         self.assertEqual(list(found.to_pandas()), list(wanted))

@@ -75,17 +75,21 @@ class Arm {
   double driven_mobility_ = 0.0;  // 1/(kg.m^2)
 };
 
-/// White noise of its own: another's length or seed does not shift it.
-class WhiteNoise {
+/// First-order noise of its own, e' = pole e + white noise: another's length or seed does not shift
+/// it.
+class Noise {
  public:
-  WhiteNoise(double deviation, std::uint64_t seed, int stream) : deviation_(deviation) {
+  Noise(double deviation, double pole, std::uint64_t seed, int stream)
+      : pole_(pole), driving_(deviation * std::sqrt(1.0 - pole * pole)) {
     std::seed_seq seeds{seed, seed >> 32, static_cast<std::uint64_t>(stream)};
     random_.seed(seeds);
   }
-  double next() { return deviation_ * normal_(random_); }
+  double next() { return last_ = pole_ * last_ + driving_ * normal_(random_); }
 
  private:
-  double deviation_;
+  double pole_;
+  double driving_;
+  double last_ = 0.0;
   std::mt19937_64 random_;
   std::normal_distribution<double> normal_;
 };
@@ -102,8 +106,8 @@ SimulatedExperiment simulate_experiment(const Model& model, const ExperimentSett
 
   // After the streams of the four kinds, whose phases are drawn alike; also apart for each kind.
   const int stream = 4 + 2 * static_cast<int>(settings.kind);
-  WhiteNoise sensor_noise(settings.sensor_noise, settings.seed, stream);
-  WhiteNoise disturbance(settings.torque_disturbance, settings.seed, stream + 1);
+  Noise sensor_noise(settings.sensor_noise, settings.sensor_pole, settings.seed, stream);
+  Noise disturbance(settings.torque_disturbance, settings.torque_pole, settings.seed, stream + 1);
   TorqueCommand command(settings.controller, dt);
   Arm arm(model);
 

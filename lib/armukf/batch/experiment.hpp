@@ -24,7 +24,9 @@ struct ExperimentSettings {
   int samples = 19838;
   double sample_time_s = 5e-4;      // s
   double sensor_noise = 0.0;        // rad/s, sd; the controller sees it too
-  double torque_disturbance = 0.0;  // N.m, sd of a white torque at the motor, held for a sample
+  double sensor_pole = 0.0;         // of that noise, per sample; 0: white
+  double torque_disturbance = 0.0;  // N.m, sd of a torque at the motor, held for a sample
+  double torque_pole = 0.0;         // of that torque, per sample; 0: white
   SpeedController controller{};
   ReferenceShape reference{};
 };

@@ -77,20 +77,25 @@ def _initial(model: Model, free: FreeInitial,
 
 def simulate(model: ModelSource = None, experiment: str = "estimation", *, seed: int = 1,
              samples: int = 19838, sample_time_s: float = 5e-4, sensor_noise: float = 0.0,
-             torque_disturbance: float = 0.0) -> SimulatedExperiment:
+             sensor_pole: float = 0.0, torque_disturbance: float = 0.0,
+             torque_pole: float = 0.0) -> SimulatedExperiment:
     """One experiment of the arm under speed control; by default of the published estimate.
 
     experiment: estimation, validation1, validation2 or validation3. sensor_noise (rad/s) and
-    torque_disturbance (N.m, held per sample) are deviations of white noise.
+    torque_disturbance (N.m, held per sample) are deviations of noise, white unless their poles say
+    otherwise: that of e' = pole e + white noise from sample to sample, 0 to 0.999.
     """
     _whole(1, _MOST_SAMPLES, samples=samples)
     _whole(0, _MOST_SEED, seed=seed)
     _not_negative(sensor_noise=sensor_noise, torque_disturbance=torque_disturbance)
+    for name, pole in (("sensor_pole", sensor_pole), ("torque_pole", torque_pole)):
+        if not 0 <= pole <= 0.999:
+            raise _core.InputError(f"{name}: must be from 0 to 0.999, not {pole}")
     if not 0 < sample_time_s <= 0.002:
         raise _core.InputError(f"sample_time_s: must be above 0 and at most 0.002, not {sample_time_s}")
     chosen = Model.published_estimate() if model is None else Model(model)
     record, states = _core.simulate(chosen._core, experiment, seed, samples, sample_time_s, sensor_noise,
-                                    torque_disturbance)
+                                    sensor_pole, torque_disturbance, torque_pole)
     return SimulatedExperiment(record, states, tuple(chosen.states), chosen)
 
 
