@@ -1,6 +1,5 @@
 """The programs that blind_score.py lets answer, and what is asked of them."""
 
-import hashlib
 import json
 import os
 import shlex
@@ -12,6 +11,8 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+
+from stamps import digest_of, files_of, hash_of
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -27,19 +28,10 @@ class Programs:
     diagnose_options: tuple = ()
     timeout_s: float = 3600.0
 
-    def files(self):
-        """All that an answer can depend on: the programs, and armukf's library."""
-        ldd = subprocess.run(["ldd", self.armukf], capture_output=True, text=True)
-        libraries = [line.split("=>")[1].split()[0] for line in ldd.stdout.splitlines()
-                     if "armukf" in line and "=>" in line]
-        return [self.armukf, *libraries, self.plant]
-
     def stamp(self):
         """The version that armukf gives, and a hash of armukf with its library and of the plant."""
-        *of_armukf, plant = [hashlib.sha256(Path(f).read_bytes()).digest() for f in self.files()]
         return {"version": called([self.armukf, "--version"], 60).out.strip(),
-                "armukf": hashlib.sha256(b"".join(of_armukf)).hexdigest()[:16],
-                "plant": plant.hex()[:16]}
+                "armukf": hash_of(files_of(self.armukf)), "plant": digest_of(self.plant).hex()[:16]}
 
 
 @dataclass(frozen=True)

@@ -7,15 +7,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy import signal, stats
 
-from recursive_figures import TRUTH
+from style import BAND, BATCH, ESTIMATE, MEASURED, NINETY_PERCENT, TRUE
+from sweeps import TRUTH
 
 UNITS = {"k_g1": "N·m/rad", "k_g3": "N·m/rad³", "k_a": "N·m/rad", "d_g": "N·m·s/rad",
          "d_a": "N·m·s/rad"}
-MEASURED, ESTIMATE, TRUE, BAND = "#444444", "#0072b2", "#d55e00", "#a6cee3"
-BATCH = "#009e73"  # colours that colour-blind eyes tell apart, too
 MOST_POINTS = 2000  # more than a picture shows; keeps an SVG small
 NOT_PARAMETERS = {"innovation", "twist_gear", "twist_arm", "speed_motor", "speed_gear", "speed_arm"}
-NINETY_PERCENT = 1.645  # half-width of the interval, in standard deviations
 SEGMENT_S = 2.0  # s, of a record, averaged over for its frequency response
 HIGHEST_HZ = 100.0
 
@@ -75,10 +73,13 @@ def errors(tables, names):
     return figure
 
 
+def names_of(rows):
+    return [n for n in rows.dtype.names if f"{n}_sd" in rows.dtype.names and n not in NOT_PARAMETERS]
+
+
 def parameters(rows, truth=False, batch=None):
     rows = thinned(rows)
-    names = [n for n in rows.dtype.names
-             if f"{n}_sd" in rows.dtype.names and n not in NOT_PARAMETERS]
+    names = names_of(rows)
     columns = 2
     lines = -(-len(names) // columns)
     figure, axes = plt.subplots(lines, columns, figsize=(10, 1.9 * lines), sharex=True, squeeze=False)
@@ -94,12 +95,13 @@ def parameters(rows, truth=False, batch=None):
     return figure
 
 
-def trajectory(axis, rows, name, truth, batch):
+def trajectory(axis, rows, name, truth, batch, settles=0.05):
+    """`settles`: the share of the rows in which the first wide band would hide the rest."""
     value, sd = rows[name], rows[f"{name}_sd"]
     axis.fill_between(rows["t"], value - NINETY_PERCENT * sd, value + NINETY_PERCENT * sd,
                       color=BAND, linewidth=0, label="90 % band")
     axis.plot(rows["t"], value, color=ESTIMATE, linewidth=1.2, label="recursive")
-    settled = slice(len(value) // 20, None)  # the first wide band would hide the rest
+    settled = slice(int(len(value) * settles), None)
     shown = [np.min(value[settled]), np.max(value[settled])]
     if truth and name in TRUTH:
         axis.axhline(TRUTH[name], color=TRUE, linewidth=1.0, linestyle="--", label="truth")
@@ -112,6 +114,47 @@ def trajectory(axis, rows, name, truth, batch):
     axis.set_ylim(max(0.0, min(shown) - margin), max(shown) + margin)
     axis.set_ylabel(f"{name}\n{UNITS.get(name, '–')}")
     axis.grid(alpha=0.3)
+
+
+def event_text(event):
+    text = f"{event['what']}: {event['from']:.4g} → {event['to']:.4g} ± {event['sd']:.2g}"
+    return text + (f", or {', '.join(event['also_possible'])}" if event["also_possible"] else "")
+
+
+def events(rows, found):
+    """A line of its own for each event, from its onset until it was told; below, what the parameters did,
+    with all onsets, and bold where it was this parameter; then what the watch looks at."""
+    few = thinned(rows)
+    names = names_of(rows)
+    heights = [0.6 + 0.3 * max(1, len(found))] + [1.7] * (len(names) + 1)
+    figure, axes = plt.subplots(len(heights), 1, figsize=(10, sum(heights)), sharex=True, squeeze=False,
+                                gridspec_kw={"height_ratios": heights})
+    timeline, *panels, bottom = axes.flat
+    timeline.set_ylim(max(1, len(found)) - 0.5, -0.5)
+    timeline.set_yticks([])
+    timeline.set_ylabel("events")
+    first, last = rows["t"][0], rows["t"][-1]
+    for line, event in enumerate(found):
+        onset, said = event["onset"], event["t"]
+        timeline.plot([onset, said], [line, line], color=TRUE, linewidth=4, solid_capstyle="butt")
+        left = onset - first > 0.5 * (last - first)
+        timeline.annotate(event_text(event), (onset if left else said, line), (-6 if left else 6, 0),
+                          textcoords="offset points", ha="right" if left else "left", va="center", fontsize=8)
+    if not found:
+        timeline.text(0.5, 0.5, "none", transform=timeline.transAxes, ha="center", va="center", fontsize=8)
+    for axis, name in zip(panels, names):
+        trajectory(axis, few, name, truth=False, batch=None, settles=0.2)
+        for event in found:
+            own = event["what"] == name
+            axis.axvline(event["onset"], color=TRUE, linewidth=2.0 if own else 0.8, linestyle="-" if own else ":")
+    panels[0].legend(fontsize=8, loc="best")
+    running_nis(bottom, rows, 0.25)
+    for event in found:
+        bottom.axvline(event["onset"], color=TRUE, linewidth=0.8, linestyle=":")
+    bottom.set_ylabel("NIS, mean\nover 0.25 s")
+    bottom.set_xlabel("time, s")
+    figure.align_ylabels()
+    return figure
 
 
 def laws(found):
@@ -150,6 +193,14 @@ def innovations(rows):
 
 def nis(rows, window_s=0.25):
     figure, (axis,) = stacked(1, height=3.5)
+    running_nis(axis, rows, window_s)
+    axis.set_ylabel("normalised innovation squared")
+    axis.set_xlabel("time, s")
+    axis.legend(fontsize=8)
+    return figure
+
+
+def running_nis(axis, rows, window_s):
     window = max(1, round(window_s / np.median(np.diff(rows["t"]))))
     mean = np.convolve(np.nan_to_num(rows["nis"]), np.ones(window) / window, mode="same")
     low, high = (stats.chi2.ppf(p, window) / window for p in (0.025, 0.975))
@@ -158,10 +209,7 @@ def nis(rows, window_s=0.25):
     axis.axhspan(low, high, color=BAND, linewidth=0, label="95 % of an honest filter's")
     axis.axhline(1.0, color=TRUE, linestyle="--", linewidth=1.0)
     axis.set_yscale("log")
-    axis.set_ylabel("normalised innovation squared")
-    axis.set_xlabel("time, s")
-    axis.legend(fontsize=8)
-    return figure
+    axis.grid(alpha=0.3)
 
 
 def correlation(residual, name):

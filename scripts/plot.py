@@ -11,6 +11,8 @@
             [--batch FIT.json] [--truth]       beside the batch values (JSON of `armukf fit`)
     plot.py laws FIT.json                      learnt laws (`armukf fit --effect friction_curve`),
                                                90 % bands
+    plot.py events ESTIMATE.csv EVENTS.jsonl   what changed, and when, of `armukf estimate --watch
+                                               --events EVENTS.jsonl`; trajectories, and NIS
     plot.py innovations ESTIMATE.csv           innovations within ±3 sd, and the running mean NIS
     plot.py nis ESTIMATE.csv                   NIS, averaged over 0.25 s, against chi-square bounds
 
@@ -25,6 +27,7 @@ from pathlib import Path
 import numpy as np
 
 import pictures
+from events import events_in
 from pictures import plt
 
 ROWS = ["t", "u", "y", "y_hat", "residual"]
@@ -64,6 +67,15 @@ def read_json(path, *keys):
         raise InputError(f"{path}: holds no {keys[-1]}; is it what armukf wrote?") from None
 
 
+def read_events(path):
+    try:
+        return events_in(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from None
+    except (ValueError, KeyError, TypeError):
+        raise InputError(f"{path}: holds no events; is it what armukf wrote?") from None
+
+
 def picture(options):
     first, names = options.files[0], [Path(file).stem for file in options.files]
     several = {"records": (pictures.records, ["t", "u", "y"]), "fit": (pictures.fit, ROWS),
@@ -71,6 +83,10 @@ def picture(options):
     if options.picture in several:
         draw, columns = several[options.picture]
         return draw([read_table(file, columns) for file in options.files], names)
+    if options.picture == "events":
+        if len(options.files) != 2:
+            raise InputError("events takes two files, ESTIMATE.csv and EVENTS.jsonl")
+        return pictures.events(read_table(first, ESTIMATE), read_events(options.files[1]))
     if len(options.files) > 1:
         raise InputError(f"{options.files[1]}: {options.picture} takes one file")
     if options.picture == "response":
@@ -90,7 +106,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("picture", choices=["records", "fit", "errors", "response", "correlation",
-                                            "parameters", "laws", "innovations", "nis"])
+                                            "parameters", "laws", "events", "innovations", "nis"])
     parser.add_argument("files", nargs="+", metavar="FILE")
     parser.add_argument("-o", "--output", required=True)
     parser.add_argument("--batch", metavar="FIT.json")

@@ -14,9 +14,12 @@ import sys
 import numpy as np
 from scipy import signal
 
+import pages
 import pictures
-from pictures import BAND, ESTIMATE, MEASURED, TRUE, plt
+from pages import table
+from pictures import plt
 from plot import InputError, read_json, read_table
+from style import BAND, ESTIMATE, MEASURED, TRUE, title_of
 
 BEFORE, AFTER = TRUE, ESTIMATE
 COLUMNS = ["t", "u", "y", "residual_before", "residual_after", "motor_angle"]
@@ -67,10 +70,6 @@ def spectra(rows):
     return figure
 
 
-def title_of(candidate):
-    return candidate["name"] + (f" ({candidate['site']})" if "site" in candidate else "")
-
-
 def ranking(candidates):
     rounds = sorted({c["round"] for c in candidates})
     figure, axes = plt.subplots(1, len(rounds), figsize=(max(5, 3.6 * len(rounds)), 4), squeeze=False)
@@ -113,12 +112,6 @@ def embedded(figure, caption):
     data = base64.b64encode(buffer.getvalue()).decode()
     return (f'<figure><img alt="{html.escape(caption)}" src="data:image/png;base64,{data}">'
             f"<figcaption>{html.escape(caption)}</figcaption></figure>")
-
-
-def table(head, lines):
-    rows = "".join("<tr>" + "".join(f"<td>{html.escape(str(c))}</td>" for c in line) + "</tr>"
-                   for line in lines)
-    return ("<table><tr>" + "".join(f"<th>{html.escape(h)}</th>" for h in head) + f"</tr>{rows}</table>")
 
 
 def figure_of(number):
@@ -171,11 +164,6 @@ def page(found, rows):
     return "\n".join(parts)
 
 
-STYLE = """body{font:15px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#222}
-table{border-collapse:collapse;margin:1em 0}td,th{border:1px solid #ccc;padding:.25em .6em;text-align:left}
-img{max-width:100%}figure{margin:1.5em 0}figcaption{color:#555}"""
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawTextHelpFormatter)
@@ -186,8 +174,7 @@ def main():
     for key in ("verdict", "effects", "before", "after", "candidates", "files"):
         read_json(options.json, key)
     body = page(read_json(options.json), read_table(options.rows, COLUMNS))
-    text = ("<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>armukf diagnosis</title>"
-            f"<style>{STYLE}</style><body>\n{body}\n</body></html>\n")
+    text = pages.page("armukf diagnosis", body)
     try:
         with open(options.output, "w", encoding="utf-8") as file:
             file.write(text)

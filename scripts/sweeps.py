@@ -194,7 +194,7 @@ def pool(workers=None, scheduler=None):
     else:
         # armukf is a program of its own: threads that wait for it are enough.
         cluster = LocalCluster(n_workers=1, threads_per_worker=workers or os.cpu_count(),
-                               processes=False, dashboard_address=None)
+                               processes=False, dashboard_address=":0")
         client, where = Client(cluster), "the local Dask cluster"
     try:
         yield Pool(client, where)
@@ -217,14 +217,25 @@ def add_options(parser):
     parser.add_argument("--json", metavar="FILE", help="write the results; - is standard output")
 
 
+@contextmanager
+def whole_file(path):
+    """A file that is written whole, or stays what it was."""
+    unfinished = Path(f"{path}.tmp")
+    try:
+        with unfinished.open("w", encoding="utf-8", newline="") as file:
+            yield file
+        unfinished.replace(path)
+    except OSError as error:
+        raise Trouble(f"{path}: {error.strerror}") from error
+
+
 def write_json(path, content):
     text = json.dumps(content, indent=2) + "\n"
     if path == "-":
         print(text, end="")
     elif path:
-        unfinished = Path(f"{path}.tmp")
-        unfinished.write_text(text)
-        unfinished.replace(path)
+        with whole_file(path) as file:
+            file.write(text)
 
 
 def run_script(main):

@@ -12,8 +12,15 @@ import numpy as np
 from scipy import io
 
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(SCRIPTS))
 PROGRAM = sys.argv.pop(1) if len(sys.argv) > 1 else "build/release/bin/armukf"
 PROGRAM_PATH = Path(PROGRAM).resolve()
+# Two events, the first of which has settled; the second began while the first was not yet told.
+EVENT = {"onset": 2.0, "what": "k_a", "from": 11.0, "sd": 0.1, "p": 0.9, "also_possible": ["a_g", "payload_change"]}
+EVENTS = [{**EVENT, "t": 2.3, "to": 13.4, "settled": False}, {**EVENT, "t": 3.6, "to": 13.2, "settled": True},
+          {**EVENT, "t": 2.4, "onset": 2.2, "what": "torque_gain", "from": 0.0, "to": -0.2, "settled": False}]
+EVENT_LINES = "".join(json.dumps(event) + "\n" for event in EVENTS)
 KNOWN = (SCRIPTS.parent / "data/known_noise.toml").read_text().replace("sensor = 0.05", "sensor = 1.0").replace(
     "motor_torque = 0.0 ", "motor_torque = 0.00447 ")
 
@@ -44,6 +51,7 @@ class Plot(InFolder):
         self.armukf("fit", "record.csv", "--json", "fit.json", "--save", "fit.toml",
                     "--effect", "friction_curve", "--effect", "angle_curve")
         self.armukf("evaluate", "record.csv", "--rows", "rows.csv", "--json", "evaluation.json")
+        (self.folder / "events.jsonl").write_text(EVENT_LINES)
 
     def armukf(self, *words):
         done = run(PROGRAM, *words, cwd=self.folder)
@@ -55,7 +63,8 @@ class Plot(InFolder):
                 ("records", "record.csv", "record.csv"), ("fit", "rows.csv", "rows.csv"),
                 ("errors", "rows.csv"), ("response", "rows.csv"), ("correlation", "evaluation.json"),
                 ("parameters", "estimate.csv", "--batch", "fit.json", "--truth"),
-                ("laws", "fit.json"), ("innovations", "estimate.csv"), ("nis", "estimate.csv"))):
+                ("laws", "fit.json"), ("events", "estimate.csv", "events.jsonl"),
+                ("innovations", "estimate.csv"), ("nis", "estimate.csv"))):
             output = self.folder / f"{picture}.{('png', 'svg', 'pdf')[suffix % 3]}"
             done = run("/usr/bin/python3", SCRIPTS / "plot.py", picture, *files, "-o", output,
                        cwd=self.folder)
@@ -73,6 +82,10 @@ class Plot(InFolder):
                             "correlation", "fit.json", "-o", "a.png")
         self.expect_refused("evaluation.json: holds no laws; is it what armukf wrote?", plot,
                             "laws", "evaluation.json", "-o", "a.png")
+        self.expect_refused("events takes two files, ESTIMATE.csv and EVENTS.jsonl", plot, "events", "estimate.csv",
+                            "-o", "a.png")
+        self.expect_refused("fit.json: holds no events; is it what armukf wrote?", plot, "events", "estimate.csv",
+                            "fit.json", "-o", "a.png")
         self.expect_refused("a.txt: the suffix must be .png, .svg or .pdf", plot, "fit", "rows.csv",
                             "-o", "a.txt")
 
@@ -81,6 +94,34 @@ class Plot(InFolder):
         self.assertEqual(rows.dtype.names, ("t", "u", "y", "y_hat", "residual"))
         self.assertEqual(len(rows), 6000)
         np.testing.assert_allclose(rows["residual"], rows["y"] - rows["y_hat"], atol=1e-12)
+
+
+class Events(unittest.TestCase):
+    """The picture of events, of rows that are made up."""
+
+    def setUp(self):
+        import pictures
+        from events import events_in
+        columns = ["t", "nis", "k_g1", "k_a", "k_g1_sd", "k_a_sd"]
+        rows = np.ones(1000, dtype=[(name, float) for name in columns])
+        rows["t"] = np.linspace(0.0, 4.0, 1000)
+        self.figure = pictures.events(rows, events_in(EVENT_LINES))
+
+    def test_every_onset_is_marked_and_boldly_where_it_is_this_parameter(self):
+        _, k_g1, k_a, nis = self.figure.axes
+        for axis, widths in ((k_g1, [0.8, 0.8]), (k_a, [2.0, 0.8]), (nis, [0.8, 0.8])):
+            marks = [line for line in axis.lines if len(set(line.get_xdata())) == 1]
+            self.assertEqual([line.get_xdata()[0] for line in marks], [2.0, 2.2])
+            self.assertEqual([line.get_linewidth() for line in marks], widths)
+
+    def test_an_event_is_one_label_with_its_settled_value_and_no_two_overlap(self):
+        labels = self.figure.axes[0].texts
+        self.assertEqual([label.get_text() for label in labels],
+                         ["k_a: 11 → 13.2 ± 0.1, or a_g, payload_change",
+                          "torque_gain: 0 → -0.2 ± 0.1, or a_g, payload_change"])
+        self.figure.tight_layout()
+        first, second = (label.get_window_extent(self.figure.canvas.get_renderer()) for label in labels)
+        self.assertFalse(first.overlaps(second))
 
 
 class ImportRobotarm(InFolder):
@@ -196,6 +237,42 @@ class Sweeps(InFolder):
         self.expect_refused("montecarlo.py: no Dask scheduler at tcp://127.0.0.1:9: Timed out trying to "
                             "connect to tcp://127.0.0.1:9 after 5 s", SCRIPTS / "montecarlo.py",
                             "--scheduler", "tcp://127.0.0.1:9")
+
+
+class Fleet(InFolder):
+    """fleet.py over a few short records by armukf itself; fleet_test.py tests what it makes of them."""
+
+    def setUp(self):
+        super().setUp()
+        for seed in range(4):
+            done = run(PROGRAM, "simulate", "-o", f"arm{seed % 2}_2026-0{1 + seed // 2}-01.csv", "--seed", seed,
+                       "--sensor-noise", 0.1, "--samples", 4000, "--set", "k_a=11" if seed == 3 else "k_a=14",
+                       cwd=self.folder)
+            self.assertEqual(done.returncode, 0, done.stderr)
+        (self.folder / "arm1_2026-03-01.csv").write_text("t,u,y\n0,1,abc\n")
+
+    def table(self, *words):
+        done = run("/usr/bin/python3", SCRIPTS / "fleet.py", ".", "--program", PROGRAM_PATH, "-o", "out", *words,
+                   cwd=self.folder)
+        self.assertEqual((done.returncode, done.stderr),
+                         (1, "fleet.py: arm1_2026-03-01.csv:2: y: 'abc' is not a number\n"))
+        (self.folder / "out.state.jsonl").unlink()
+        return [(self.folder / f"out.{suffix}").read_text() for suffix in ("csv", "html")]
+
+    def test_same_table_with_one_and_two_workers_and_by_address(self):
+        from dask.distributed import LocalCluster
+        options = ("--", "--no-blocks", "--free-initial", "all")
+        one = self.table("--workers", 1, *options)
+        self.assertIn("\narm1,k_a,step,2026-02-01,", one[0])
+        self.assertEqual(self.table("--workers", 2, *options), one)
+        with LocalCluster(n_workers=2, threads_per_worker=1, processes=False, protocol="tcp",
+                          dashboard_address=":0") as cluster:
+            self.assertEqual(self.table("--scheduler", cluster.scheduler_address, *options), one)
+
+    def test_watched_records_tell_their_parameters(self):
+        table, page = self.table("--job", "watch")
+        self.assertEqual(sum(line.startswith("arm0,") for line in table.splitlines()), 1)
+        self.assertIn("<b>k_a</b>", page)
 
 
 if __name__ == "__main__":
