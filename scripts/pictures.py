@@ -14,6 +14,7 @@ UNITS = {"k_g1": "N·m/rad", "k_g3": "N·m/rad³", "k_a": "N·m/rad", "d_g": "N�
          "d_a": "N·m·s/rad"}
 MOST_POINTS = 2000  # more than a picture shows; keeps an SVG small
 NOT_PARAMETERS = {"innovation", "twist_gear", "twist_arm", "speed_motor", "speed_gear", "speed_arm"}
+ARM = {"Fv", "Fc", "Fcs", "alpha", "beta", "J", *TRUTH}  # before them stand states of effects
 SEGMENT_S = 2.0  # s, of a record, averaged over for its frequency response
 HIGHEST_HZ = 100.0
 
@@ -74,7 +75,8 @@ def errors(tables, names):
 
 
 def names_of(rows):
-    return [n for n in rows.dtype.names if f"{n}_sd" in rows.dtype.names and n not in NOT_PARAMETERS]
+    names = [n for n in rows.dtype.names if f"{n}_sd" in rows.dtype.names and n not in NOT_PARAMETERS]
+    return names[next((k for k, name in enumerate(names) if name in ARM), 0):]
 
 
 def parameters(rows, truth=False, batch=None):
@@ -105,6 +107,7 @@ def trajectory(axis, rows, name, truth, batch, settles=0.05):
     shown = [np.min(value[settled]), np.max(value[settled])]
     if truth and name in TRUTH:
         axis.axhline(TRUTH[name], color=TRUE, linewidth=1.0, linestyle="--", label="truth")
+        shown.append(TRUTH[name])
     if batch and name in batch:
         middle, half = batch[name]["value"], NINETY_PERCENT * batch[name]["sd"]
         axis.axhspan(middle - half, middle + half, color=BATCH, alpha=0.2, linewidth=0)
@@ -202,7 +205,9 @@ def nis(rows, window_s=0.25):
 
 def running_nis(axis, rows, window_s):
     window = max(1, round(window_s / np.median(np.diff(rows["t"]))))
-    mean = np.convolve(np.nan_to_num(rows["nis"]), np.ones(window) / window, mode="same")
+    sums, counts = (np.convolve(values, np.ones(window), mode="same")
+                    for values in (np.nan_to_num(rows["nis"]), np.ones(len(rows))))
+    mean = sums / counts
     low, high = (stats.chi2.ppf(p, window) / window for p in (0.025, 0.975))
     axis.plot(thinned(rows)["t"], thinned(mean), color=ESTIMATE, linewidth=0.9,
               label=f"mean over {window_s:g} s")

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""An estimate between two topics of a real Mosquitto, as the README writes it: every row of the record
+"""An estimate between two topics of a real Mosquitto, as the manual writes it: every row of the record
 comes out once, and as it does without a broker. Exit status 77 where Mosquitto is not installed.
 
     mosquitto_test.py PROGRAM

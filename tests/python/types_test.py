@@ -71,11 +71,11 @@ class Words(InFolder):
         self.assertEqual(f"{armukf.InputError.__module__}.{armukf.InputError.__name__}", "armukf.InputError")
         self.assertTrue(issubclass(armukf.InputError, ValueError))
 
-    def test_the_example_of_the_readme_runs(self):
-        text = (ROOT / "README.md").read_text()
+    def test_the_example_of_the_manual_runs(self):
+        text = (ROOT / "data/manual/howto/python.md").read_text()
         example = text[text.index("```python\n") + 10:].split("```")[0]
         found = {}
-        exec(compile(f"import os; os.chdir({str(self.folder)!r})\n{example}", "README.md", "exec"), found)
+        exec(compile(f"import os; os.chdir({str(self.folder)!r})\n{example}", "python.md", "exec"), found)
         self.assertLess(abs(found["rows"]["k_a"][-1] - 11.7552), 3 * found["rows"].sd_of("k_a")[-1])
 
 
