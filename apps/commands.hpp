@@ -10,6 +10,7 @@ void add_compare(CLI::App& program);
 void add_diagnose(CLI::App& program);
 void add_estimate(CLI::App& program);
 void add_evaluate(CLI::App& program);
+void add_export(CLI::App& program);
 void add_fit(CLI::App& program);
 void add_simulate(CLI::App& program);
 void add_smooth(CLI::App& program);

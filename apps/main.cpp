@@ -35,6 +35,7 @@ void add_commands(CLI::App& program) {
   add_evaluate(program);
   add_compare(program);
   add_diagnose(program);
+  add_export(program);
   const std::string version =
       fmt::format("armukf {} (built for {})", library_version(), build_processor());
   program.set_version_flag("--version", version);

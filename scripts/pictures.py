@@ -5,10 +5,9 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
-from scipy import signal, stats
 
+from published import TRUTH
 from style import BAND, BATCH, ESTIMATE, MEASURED, NINETY_PERCENT, TRUE
-from sweeps import TRUTH
 
 UNITS = {"k_g1": "N·m/rad", "k_g3": "N·m/rad³", "k_a": "N·m/rad", "d_g": "N·m·s/rad",
          "d_a": "N·m·s/rad"}
@@ -204,6 +203,8 @@ def nis(rows, window_s=0.25):
 
 
 def running_nis(axis, rows, window_s):
+    from scipy import stats  # here, since all else does without: a report must be drawn without it
+
     window = max(1, round(window_s / np.median(np.diff(rows["t"]))))
     sums, counts = (np.convolve(values, np.ones(window), mode="same")
                     for values in (np.nan_to_num(rows["nis"]), np.ones(len(rows))))
@@ -237,6 +238,8 @@ def correlation(residual, name):
 def response(table, name):
     """Averaged cross spectra: |S_yu / S_uu| of the data, the model and the residual, and how much
     of the data is coherent with the torque."""
+    from scipy import signal
+
     rate = 1 / np.median(np.diff(table["t"]))
     segment = min(len(table), round(SEGMENT_S * rate))
     options = {"fs": rate, "nperseg": segment, "detrend": "constant"}

@@ -12,7 +12,7 @@ import io
 import sys
 
 import numpy as np
-from scipy import signal
+from matplotlib import mlab
 
 import pages
 import pictures
@@ -62,7 +62,8 @@ def spectra(rows):
     for column, colour, name in (("y", MEASURED, "measured speed"),
                                  ("residual_before", BEFORE, "residual before"),
                                  ("residual_after", AFTER, "residual after")):
-        frequency, power = signal.welch(np.nan_to_num(rows[column]), fs=rate, nperseg=segment)
+        power, frequency = mlab.psd(np.nan_to_num(rows[column]), NFFT=segment, Fs=rate, detrend="mean",
+                                    noverlap=segment // 2)
         axis.loglog(frequency[1:], np.sqrt(power[1:]), color=colour, linewidth=1.1, label=name)
     axis.set_xlabel("frequency, Hz")
     axis.set_ylabel("density, (rad/s)/√Hz")

@@ -13,13 +13,13 @@ from pathlib import Path
 
 import cloudpickle
 
+from published import TRUTH
+
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "build/release/bin/armukf"
 WRONG_INPUT = 2  # exit status of armukf
 
-# The published batch estimate, and how far apart random arms and start values lie: sd of the logarithm.
-TRUTH = {"a_m": 0.266479, "a_g": 0.647533, "k_g1": 20.0774, "k_g3": 24.178,
-         "d_g": 0.030513, "k_a": 11.7552, "d_a": 0.00283465}
+# Published start values, and how far apart random arms and start values lie: sd of the logarithm.
 START = {"a_m": 0.17910964111956, "a_g": 0.61206166914114, "k_g1": 20.59269827430799,
          "k_g3": 10.0, "d_g": 0.0624181404729, "k_a": 20.23072060978318, "d_a": 0.00987527995798}
 START_SPREAD = {"a_m": 0.2, "a_g": 0.1, "k_g1": 0.15, "k_g3": 0.5, "d_g": 0.4, "k_a": 0.3, "d_a": 0.5}

@@ -122,6 +122,30 @@ InnovationStatistics streamed(const std::vector<double>& y, const std::vector<do
   return statistics;
 }
 
+TEST(InnovationStatistics, TellWhetherWhatIsLeftIsSlow) {
+  constexpr int kCount = 20000;
+  const auto left_by = [](double pole) {  // e_t = w_t + pole w_{t-1}
+    std::mt19937_64 generator(5);
+    std::normal_distribution<double> normal;
+    std::vector<double> e(kCount);
+    double last = 0.0;
+    for (double& value : e) {
+      const double w = normal(generator);
+      value = w + pole * last;
+      last = w;
+    }
+    return streamed(e, e);
+  };
+  constexpr double kSd = 3.0 * 2.0 * 5.0 / 100.0;  // three deviations of twice a sum of 25 lags
+  EXPECT_NEAR(left_by(0.0).slow_density(), 1.0, kSd);
+  EXPECT_NEAR(left_by(0.0).colour(), 0.0, 0.003);
+  // Of such noise r_1 = pole / (1 + pole^2), all others are 0.
+  for (const double pole : {0.5, -0.5}) {
+    EXPECT_NEAR(left_by(pole).slow_density(), 1.0 + 2.0 * pole / 1.25, kSd);
+    EXPECT_NEAR(left_by(pole).colour(), 0.16, 0.02);
+  }
+}
+
 TEST(InnovationStatistics, AgreeWithWholeRecord) {
   std::vector<double> e = white_noise(3000, 7);
   std::vector<double> y(e.size());

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cmath>
-#include <concepts>
 
 #include "armukf/core/lanes.hpp"
 
@@ -107,7 +106,13 @@ inline Pack where_negative(Pack x, Pack a, Pack b) { return x < 0.0 ? a : b; }
 
 /// A number without derivatives.
 template <class T>
-concept Plain = std::same_as<T, double> || std::same_as<T, Pack>;
+inline constexpr bool kPlain = false;
+template <>
+inline constexpr bool kPlain<double> = true;
+template <>
+inline constexpr bool kPlain<Pack> = true;
+template <class T>
+concept Plain = kPlain<T>;
 
 /// Hyperbolic tangent; exact to 2e-16 absolute (not relative) near zero.
 template <Plain T>

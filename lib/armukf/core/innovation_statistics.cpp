@@ -52,10 +52,26 @@ double InnovationStatistics::mean_nis() const {
   return late_.squares / static_cast<double>(late_.count);
 }
 
-double InnovationStatistics::ljung_box_p() const {
+std::array<double, kWhitenessLags> InnovationStatistics::autocorrelation() const {
   std::array<double, kWhitenessLags> r;
   for (int k = 0; k < kWhitenessLags; ++k) r[k] = late_.products[k] / late_.squares;
-  return armukf::ljung_box_p(r, late_.count);
+  return r;
+}
+
+double InnovationStatistics::ljung_box_p() const {
+  return armukf::ljung_box_p(autocorrelation(), late_.count);
+}
+
+double InnovationStatistics::colour() const {
+  double sum = -kWhitenessLags / static_cast<double>(late_.count);
+  for (const double r : autocorrelation()) sum += r * r;
+  return sum;
+}
+
+double InnovationStatistics::slow_density() const {
+  double sum = 1.0;
+  for (const double r : autocorrelation()) sum += 2.0 * r;
+  return sum;
 }
 
 }  // namespace armukf

@@ -26,6 +26,11 @@ class InnovationStatistics {
   /// more than the last half.
   double mean_nis() const;
   double ljung_box_p() const;  // of the normalised innovations
+  /// Sum of their squared autocorrelations, over kWhitenessLags, less what white noise has of it.
+  double colour() const;
+  /// Their density at the lowest frequencies over the mean one. Below 1 where a filter allows for
+  /// more slow disturbance than there is.
+  double slow_density() const;
   static constexpr std::size_t kShort = 4096;
   double log_likelihood() const { return log_likelihood_; }
 
@@ -39,6 +44,7 @@ class InnovationStatistics {
  private:
   static constexpr int kWindow = 32;  // lags kept, whole vector registers
   static_assert(kWhitenessLags < kWindow);
+  std::array<double, kWhitenessLags> autocorrelation() const;
   void remember(double normalised_innovation);
   void forget_early();
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <memory>
 
@@ -27,15 +26,15 @@ class Dynamics {
       : effects_(&model.effects), parameters_(p), coefficients_(p) {}
 
   /// t in s since the first sample; u in N.m; x and dx hold a value per state of the model.
-  void derivative(double t, const T& u, const T* x, T* dx) const {
+  void derivative(const Time<T>& t, const T& u, const T* x, T* dx) const {
     armukf::derivative(coefficients_, x, u, dx);
     if (!effects_->empty()) add_contribution(coefficients_, contributions(t, u, x, dx), dx);
   }
 
   /// rad/s, what the sensor shows of the motor's speed.
-  T measured(double t, const T& u, const T* x) const {
+  T measured(const Time<T>& t, const T& u, const T* x) const {
     T y = x[kSpeedMotor];
-    const Motion<T> motion{std::max(t, 0.0), u, x, coefficients_};
+    const Motion<T> motion{since_first_sample(t), u, x, coefficients_};
     for (const EffectSlot& slot : *effects_) {
       std::visit(
           [&]<class E>(const E&) {
@@ -49,8 +48,8 @@ class Dynamics {
 
  private:
   /// Sum of what the effects do to the masses; writes the rates of their states into dx.
-  Contribution<T> contributions(double t, const T& u, const T* x, T* dx) const {
-    const Motion<T> motion{std::max(t, 0.0), u, x, coefficients_};
+  Contribution<T> contributions(const Time<T>& t, const T& u, const T* x, T* dx) const {
+    const Motion<T> motion{since_first_sample(t), u, x, coefficients_};
     Contribution<T> sum;
     for (const EffectSlot& slot : *effects_) {
       std::visit(

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <concepts>
 #include <string_view>
 
@@ -8,10 +9,22 @@
 
 namespace armukf {
 
+/// What the time (s) is a number of, where the physics is evaluated with numbers T: nothing is ever
+/// differentiated by it, and all points of a belief have the same.
+template <class T>
+struct TimeOf {
+  using Type = double;
+};
+template <class T>
+using Time = typename TimeOf<T>::Type;
+
+/// s, 0 before the first sample.
+inline double since_first_sample(double t) { return std::max(t, 0.0); }
+
 /// What the arm does at one instant, as an effect sees it.
 template <class T>
 struct Motion {
-  double time;                 // s, since the first sample; 0 before it
+  Time<T> time;                // s, since the first sample; 0 before it
   const T& input;              // N.m, torque that the motor is told to give
   const T* x;                  // the arm's states, in the order of ArmState
   const Coefficients<T>& arm;  // its parameters

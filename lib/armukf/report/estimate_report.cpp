@@ -23,11 +23,18 @@ constexpr double kWhitenessLevel = 1e-4;
 constexpr double kFarFromWhite = 1e-6;
 constexpr std::string_view kFalseAlarms = "1 in 20 at most";
 
+// A filter that allows for more slow disturbance than there is, as for a little torque noise where
+// there is none, leaves less colour than this, and none of it is slow.
+constexpr double kColourOfCaution = 0.015;
+
 /// Whether the model lacks something: what is left cannot be noise, or is not white.
 bool model_lacks(const RecursiveEstimate& e) {
   const LearntNoise& noise = e.belief.noise;
   if (!noise.sought) return false;
-  return !noise.known || e.tally.innovations().ljung_box_p() < kWhitenessLevel;
+  if (!noise.known) return true;
+  const InnovationStatistics& left = e.tally.innovations();
+  const bool cautious = left.slow_density() < 1.0 && left.colour() < kColourOfCaution;
+  return left.ljung_box_p() < kWhitenessLevel && !cautious;
 }
 
 double samples_per_second(const RecursiveEstimate& e) {
