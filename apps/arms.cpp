@@ -139,6 +139,7 @@ class Arm {
       write_outcome(rows_, *e);
       write(e->values);
       write(e->deviations);
+      if (track_.watch() != nullptr) rows_.cell(event_cell(track_.events()));
       rows_.end_row();
       for (const Event& event : track_.events()) events_ += event_line(event, name_);
     }
@@ -283,7 +284,7 @@ class Arms {
   }
 
   void write_head() {
-    std::vector<std::string> names = row_names(columns_);
+    std::vector<std::string> names = row_names(columns_, job_.watch.watch);
     names.insert(names.begin(), job_.arms.key);
     output_->row(names);
   }

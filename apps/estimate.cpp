@@ -152,9 +152,13 @@ class Stream {
     while (const auto estimate = track_.next()) {
       if (o_.score) score(*estimate);
       if (writer_ != nullptr) {
-        if (!headed_) write_header(*writer_, start_.model);
+        if (!headed_) write_header(*writer_, start_.model, o_.watch.watch);
         headed_ = true;
-        write_row(*writer_, *estimate);
+        if (o_.watch.watch) {
+          write_row(*writer_, *estimate, track_.events());
+        } else {
+          write_row(*writer_, *estimate);
+        }
       }
       for (const Event& event : track_.events()) say_event(event);
       keep(estimate->sample);
@@ -217,7 +221,7 @@ ClosingSimulation simulated(const Pass& pass, const EstimatorSettings& settings)
 
 void check_options(const EstimateOptions& o) {
   check_stream_options(o.stream, o.input);
-  check_watch_options(o.watch, o.stream, o.report.json);
+  check_watch_options(o.watch, o.report.json);
   if (o.watch.watch && (o.passes > 1 || o.score))
     throw InputError("--watch: neither with --passes nor with --score");
   const bool lasting = !o.stream.checkpoint.empty() || !o.stream.resume.empty();

@@ -7,7 +7,8 @@ namespace armukf::apps {
 
 void add_watch_options(CLI::App& command, WatchOptions& options) {
   command.add_flag("--watch", options.watch,
-                   "look for changes of the machine; what has changed follows, all else stays");
+                   "look for changes of the machine; what has changed follows, all else "
+                   "stays.\nRows have a column `event` more: what was said to have changed");
   command
       .add_option("--events", options.events,
                   "with --watch: a line of JSON for each change, and one more when its size has "
@@ -15,13 +16,10 @@ void add_watch_options(CLI::App& command, WatchOptions& options) {
       ->type_name("FILE");
 }
 
-void check_watch_options(const WatchOptions& options, const StreamOptions& stream,
-                         const std::string& json) {
+void check_watch_options(const WatchOptions& options, const std::string& json) {
   if (!options.events.empty() && !options.watch) throw InputError("--events: needs --watch");
   if (options.events == "-" && json == "-")
     throw InputError("--events: standard output is taken by --json");
-  if (options.watch && (!stream.checkpoint.empty() || !stream.resume.empty()))
-    throw InputError("--watch: a checkpoint does not hold what it has seen; leave one of them out");
 }
 
 EventLog::EventLog(const std::string& path) {

@@ -60,6 +60,36 @@ TEST_F(WatchProgram, EventsHaveStandardOutputToThemselves) {
   EXPECT_EQ(outcome.error, "");
 }
 
+TEST_F(WatchProgram, RowsSayWhatHasChangedWhereItIsSaid) {
+  put_record();
+  const Outcome outcome = run("estimate record.csv --watch --events events.jsonl --quiet");
+  const std::vector<std::string> rows = lines_of(outcome.output);
+  EXPECT_TRUE(rows.front().ends_with(",event")) << rows.front();
+  std::vector<std::string> times;
+  for (const std::string& row : rows)
+    if (row.ends_with(",torque_gain")) times.push_back(row.substr(0, row.find(',')));
+  std::vector<std::string> said;
+  for (const std::string& line : lines_of(text("events.jsonl")))
+    said.push_back(line.substr(5, line.find(',') - 5));  // after {"t":
+  EXPECT_EQ(times, said);
+  EXPECT_FALSE(lines_of(run("estimate record.csv --quiet").output).front().ends_with(",event"));
+}
+
+TEST_F(WatchProgram, GoesOnFromACheckpointAsIfNothingHadHappened) {
+  put_record();
+  const std::vector<std::string> lines = lines_of(text("record.csv"));
+  std::string first;
+  constexpr std::size_t kUntil = 14300;  // 7.15 s: the change has been, and is not yet told
+  for (std::size_t k = 0; k < kUntil; ++k) first += lines[k] + "\n";
+  put("first.csv", first);
+  const std::string whole = run("estimate record.csv --watch --events - --quiet").output;
+  const std::string early =
+      run("estimate first.csv --watch --events - --checkpoint c --quiet").output;
+  const std::string late = run("estimate record.csv --watch --events - --resume c --quiet").output;
+  EXPECT_EQ(early + late, whole);
+  EXPECT_EQ(std::ranges::count(whole, '\n'), 2);
+}
+
 TEST_F(WatchProgram, NamesTheArmWhereThereAreMany) {
   put_record();
   const std::vector<std::string> lines = lines_of(text("record.csv"));
@@ -76,8 +106,6 @@ TEST_F(WatchProgram, RefusesWhatDoesNotGoTogether) {
   expect_refused("estimate --events e.jsonl", "--events: needs --watch");
   expect_refused("estimate --watch --events - --json -",
                  "--events: standard output is taken by --json");
-  expect_refused("estimate --watch --checkpoint c",
-                 "--watch: a checkpoint does not hold what it has seen; leave one of them out");
   expect_refused("estimate record.csv --watch --score",
                  "--watch: neither with --passes nor with --score");
 }

@@ -6,11 +6,13 @@
 #include <array>
 #include <cmath>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "armukf/batch/speed_reference.hpp"
 #include "armukf/core/constants.hpp"
+#include "armukf/core/error.hpp"
 #include "armukf/model/dynamics.hpp"
 #include "armukf/model/model.hpp"
 #include "armukf/ode/propagate.hpp"
@@ -136,6 +138,69 @@ TEST(Watch, KeepsWhatHasNotChanged) {
         << found.parameters[i].name;
 }
 
+/// All that a watched session says from one sample on, events and numbers.
+std::vector<double> said(Session& session, Watch& watch, std::span<const Sample> samples) {
+  std::vector<double> all;
+  for (const Sample& sample : samples) {
+    const Estimate estimate = session.step(sample);
+    all.insert(all.end(), estimate.values.begin(), estimate.values.end());
+    for (const Event& e : watch.see(session, sample, estimate))
+      all.insert(all.end(), {e.t, e.onset, e.from, e.to, e.sd, e.p});
+  }
+  return all;
+}
+
+/// Before it begins, in quiet, while changes are tried, before the value has settled, and after.
+TEST(Watch, GoesOnFromACheckpointToTheLastBit) {
+  const std::vector<Sample> samples = record(18.0, with("k_g1", 0.8), 0.0);
+  const EstimatorSettings settings;
+  Session session(published_arm(), settings);
+  Watch watch(published_arm(), settings);
+  std::size_t done = 0;
+  for (const double t : {1.0, 5.0, 15.1, 15.4, 15.6, 17.5}) {
+    const auto at = static_cast<std::size_t>(t / kDt);
+    said(session, watch, std::span(samples).subspan(done, at - done));
+    done = at;
+    const std::string bytes = watch.save();
+    Session other(published_arm(), settings);
+    other.load(session.save());
+    Watch again(published_arm(), settings);
+    again.load(bytes);
+    EXPECT_TRUE(again.save() == bytes) << t;
+    Session whole(published_arm(), settings);
+    whole.load(session.save());
+    Watch same(published_arm(), settings);
+    same.load(bytes);
+    const std::span<const Sample> next = std::span(samples).subspan(done, 300);
+    const std::vector<double> ahead = said(other, again, next);
+    EXPECT_TRUE(said(whole, same, next) == ahead) << t;
+    said(session, watch, next);
+    done += next.size();
+    EXPECT_TRUE(watch.save() == again.save()) << t;
+    EXPECT_TRUE(session.save() == other.save()) << t;
+  }
+  EXPECT_EQ(watch.count(), 1U);
+}
+
+TEST(Watch, RefusesAnotherCheckpoint) {
+  const EstimatorSettings settings;
+  Session session(published_arm(), settings);
+  Watch watch(published_arm(), settings);
+  said(session, watch, record(4.0, published_estimate()));
+  const std::string bytes = watch.save();
+  for (std::size_t size = 0; size < bytes.size(); size += 9973)
+    EXPECT_THROW(watch.load(bytes.substr(0, size)), InputError) << size;
+  EXPECT_THROW(watch.load(bytes + "x"), InputError);
+  EXPECT_TRUE(watch.save() == bytes);
+}
+
+TEST(Watch, TellsTimesByTheSamplesClock) {
+  for (const Event& event : events_of(record(18.0, with("k_g1", 0.8)))) {
+    EXPECT_EQ(event.t, std::round(event.t / kDt) * kDt);
+    EXPECT_EQ(event.onset, std::round(event.onset * 1e6) / 1e6);
+  }
+}
+
 TEST(Watch, SaysWhatItCannotSeeAtRest) {
   const EstimatorSettings settings;
   Session session(published_arm(), settings);
@@ -175,13 +240,13 @@ TEST(ChangeRing, KeepsAllThereWasInConstantMemory) {
 TEST(ChangeTest, HasTheStatisticOfWhiteInnovations) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
-  const std::vector<double> doubts(2, 1.0);
+  const std::vector<Changeable> what(2, {nullptr, 0, "", "", 1.0, 1.0, 1.0});
   constexpr int kTrials = 300;
   double sum = 0.0;
   for (int trial = 0; trial < kTrials; ++trial) {
     ChangeRing ring(2);
     ChangeTest test(2);
-    test.believe(doubts);
+    test.believe(what);
     int n = 0;
     for (int step = 0; step < 2; ++step) {
       for (; !ring.full(); ++n) {
@@ -191,7 +256,7 @@ TEST(ChangeTest, HasTheStatisticOfWhiteInnovations) {
       }
       ring.close();
     }
-    test.look(ring);
+    test.look(ring, 0.0);
     sum += test.findings()[0].statistic;
   }
   // The larger of two onsets, of which the earlier one is all there is and says little: between one

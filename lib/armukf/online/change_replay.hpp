@@ -7,21 +7,10 @@
 #include <vector>
 
 #include "armukf/core/constants.hpp"
+#include "armukf/online/change_name.hpp"
 #include "armukf/online/predictor_bank.hpp"
 
 namespace armukf {
-
-/// A change as the samples since its onset have it.
-struct Hypothesis {
-  double amount = 0.0;       // in usual sizes
-  double onset = 0.0;        // s
-  double statistic = 0.0;    // what it takes from the sum of squares
-  double information = 0.0;  // of the amount, all else being known
-  double last_step = 0.0;    // of the amount
-  double left = 0.0;         // sum of squares since the onset, of so many samples
-  double samples = 0.0;
-  double onset_step = 0.0;  // s, by which another onset is tried next
-};
 
 /// The last seconds, sample by sample, to go over them again: where resonances move, what a change
 /// adds to the innovations is far from proportional to it, and each change is tried with predictors
@@ -95,6 +84,16 @@ class ChangeReplay {
   }
 
   const std::vector<Hypothesis>& trials() const { return trials_; }
+
+  template <class Archive>
+  void archive(Archive& archive) {
+    for (Kept& k : kept_) archive(k.t, k.dt, k.u, k.y);
+    for (Memory& m : memories_) archive(m.next, m.belief);
+    archive(next_, memory_, trials_, scans_);
+    next_ = std::max<std::int64_t>(next_, 0);
+    memory_ = std::max<std::int64_t>(memory_, 0);
+    for (Memory& m : memories_) m.next = std::clamp<std::int64_t>(m.next, 0, next_);
+  }
 
  private:
   static constexpr int kKept = 8192;      // samples, 4 s at 2 kHz

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -25,6 +26,13 @@ struct ChangeSums {
   /// Only the lower half of G, whole registers of it, until it is completed.
   void add(const Surprise& surprise);
   void complete();
+
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(begin, end, samples, power);
+    for (double& g : G) archive(g);
+    for (double& v : b) archive(v);
+  }
 
   double* row(int i) { return G.data() + static_cast<std::ptrdiff_t>(i) * stride; }
   const double* row(int i) const { return G.data() + static_cast<std::ptrdiff_t>(i) * stride; }
@@ -68,6 +76,13 @@ class ChangeRing {
 
   /// Forgets all samples.
   void restart();
+
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(count_, open_, past_, left_);
+    count_ = std::clamp(count_, 0, static_cast<int>(steps_.size()) - 1);
+    for (int i = 0; i < count_; ++i) archive(steps_[i].sums, steps_[i].level);
+  }
 
  private:
   struct Step {

@@ -34,8 +34,11 @@ ChangeTest::ChangeTest(int n)
       score_(theta_.size()),
       information_(theta_.size()) {}
 
-void ChangeTest::believe(std::span<const double> doubt) {
-  for (int i = 0; i < n_; ++i) precision_[i] = 1.0 / (doubt[i] * doubt[i]);
+void ChangeTest::believe(const std::vector<Changeable>& what, double times) {
+  for (int i = 0; i < n_; ++i) {
+    const double sd = times * what[i].doubt;
+    precision_[i] = 1.0 / (sd * sd);
+  }
 }
 
 void ChangeTest::gather(const ChangeRing& ring) {
@@ -72,7 +75,7 @@ void ChangeTest::solve_rows() {
   }
 }
 
-void ChangeTest::look(const ChangeRing& ring) {
+void ChangeTest::look(const ChangeRing& ring, double earliest) {
   gather(ring);
   std::ranges::fill(findings_, Finding{});
   after_.clear();
@@ -96,7 +99,7 @@ void ChangeTest::look(const ChangeRing& ring) {
       // Less than a thousandth of a doubt's: rounding, or nothing that could be seen.
       constexpr double kLeast = 1e-3;
       if (after_.end - after_.begin < kRecentS) recent_[i] = information;
-      if (!(information > kLeast)) continue;
+      if (!(information > kLeast) || ring.step(s).begin < earliest) continue;
       const double statistic = score * score / information;
       if (statistic > findings_[i].statistic)
         findings_[i] = {statistic, ring.step(s).begin, score / information,

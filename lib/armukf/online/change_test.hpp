@@ -1,6 +1,5 @@
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "armukf/online/change_ring.hpp"
@@ -28,11 +27,15 @@ class ChangeTest {
  public:
   explicit ChangeTest(int n = 0);
 
-  /// Whatever the samples say, each change is 0 +- doubt beforehand.
-  void believe(std::span<const double> doubt);
+  /// Whatever the samples say, each change is 0 +- its doubt beforehand, `times` that.
+  void believe(const std::vector<Changeable>& what, double times = 1.0);
 
-  /// Looks at the ring anew.
-  void look(const ChangeRing& ring);
+  /// The i-th may be anything.
+  void know_nothing_of(int i) { precision_[i] = 0.01; }
+
+  /// Looks at the ring anew. No onset before `earliest` (s) is tried: what began so early has no
+  /// before that it could differ from.
+  void look(const ChangeRing& ring, double earliest);
 
   const std::vector<Finding>& findings() const { return findings_; }
   /// How far the condition is off the frozen one, in doubts, if nothing has changed; and its
@@ -47,6 +50,15 @@ class ChangeTest {
   /// What the last seconds would tell of a change at their begin, of each (1 over its variance).
   static constexpr double kRecentS = 3.0;
   const std::vector<double>& recent_information() const { return recent_; }
+
+  /// What the next look does not find anew.
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(all_);
+    for (Finding& f : findings_) archive(f.statistic, f.onset, f.amount, f.sd, f.known);
+    for (auto* values : {&theta_, &precision_, &recent_})
+      for (double& v : *values) archive(v);
+  }
 
  private:
   void gather(const ChangeRing& ring);

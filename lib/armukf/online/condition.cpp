@@ -29,6 +29,10 @@ bool is_resonant(int i) { return i == kJ || i == kAm || i == kAg || i == kKg1 ||
 /// What friction is the size of; its shapes alpha and beta do not wear.
 constexpr std::array kFriction{kFv, kFc, kFcs};
 
+double usual_size(const Parameter& p, double value) {
+  return kUsualPart * std::max(std::abs(value), kLeastPart * p.scale);
+}
+
 /// Multiplies the arm's inertia, all others staying what they are.
 void carry(Condition& c, double factor) {
   double& J = c.parameters[kJ];
@@ -46,8 +50,7 @@ std::vector<Changeable> changeables(const Model& model, const Condition& conditi
   std::vector<Changeable> all;
   const auto add_parameter = [&](int i, double doubt) {
     const Parameter& p = model.parameters[i];
-    const double size = std::max(std::abs(condition.parameters[i]), kLeastPart * p.scale);
-    all.push_back({nullptr, i, p.name, p.unit, kUsualPart * size, doubt,
+    all.push_back({nullptr, i, p.name, p.unit, usual_size(p, condition.parameters[i]), doubt,
                    is_resonant(i) ? kLinearResonant : kLinear});
   };
   for (const int i : model.unknowns()) add_parameter(i, kDoubtOfUnknown);
@@ -69,6 +72,12 @@ std::vector<Changeable> changeables(const Model& model, const Condition& conditi
       {&Condition::sensor_gain, -1, "sensor_gain", "-", 0.03, 3.0 * kDoubtOfScale, kLinear});
   all.push_back({&Condition::sensor_bias, -1, "sensor_bias", "rad/s", 0.1, 1.0, kLinear});
   return all;
+}
+
+void resize(std::vector<Changeable>& all, const Model& model, const Condition& condition) {
+  for (Changeable& w : all)
+    if (w.is_parameter())
+      w.usual = usual_size(model.parameters[w.parameter], condition.parameters[w.parameter]);
 }
 
 double value_of(const Condition& c, const Changeable& what) {

@@ -23,6 +23,12 @@ struct Condition {
   double sensor_bias = 0.0;     // rad/s
   double payload = 0.0;         // relative to the arm's own inertia, in J, a_m and a_g
   double friction_level = 0.0;  // relative, in Fv, Fc and Fcs
+
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(parameters, torque_gain, torque_bias, input_delay, sensor_gain, sensor_bias, payload,
+            friction_level);
+  }
 };
 
 /// The torques commanded lately.
@@ -34,10 +40,16 @@ class TorqueMemory {
     u_[0] = u;
   }
   /// `age` samples ago, 0 the last one; between two of them in proportion, as a mean over a sample.
+  /// Of what is still to come nothing is known: it is taken for the last one.
   double before(double age) const {
-    if (age == 0.0) return u_[0];
+    if (age <= 0.0) return u_[0];
     const int whole = std::clamp(static_cast<int>(age), 0, kSize - 2);
     return u_[whole] + std::min(age - whole, 1.0) * (u_[whole + 1] - u_[whole]);
+  }
+
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(u_);
   }
 
  private:
@@ -63,6 +75,9 @@ inline constexpr int kMostChangeables = 64;
 /// What may change of this machine at the condition: its unknown parameters, the size of its
 /// friction, its inertia, and what lies around it.
 std::vector<Changeable> changeables(const Model& model, const Condition& condition);
+
+/// Their usual sizes anew, at another condition.
+void resize(std::vector<Changeable>& all, const Model& model, const Condition& condition);
 
 double value_of(const Condition& condition, const Changeable& what);
 

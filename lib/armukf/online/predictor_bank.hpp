@@ -27,6 +27,11 @@ inline constexpr int kPredictorNoises = 2;
 struct PredictorNoise {
   ColouredNoise torque;  // N.m
   ColouredNoise sensor;  // rad/s
+
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(torque, sensor);
+  }
 };
 
 /// Leaves out single measurements that cannot be; several in a row are a change, not outliers.
@@ -63,6 +68,11 @@ class PredictorBank {
   struct Belief {
     std::array<double, N + kPredictorNoises> mean{};
     Square covariance{};
+
+    template <class Archive>
+    void archive(Archive& archive) {
+      archive(mean, covariance);
+    }
   };
   const Belief& belief() const { return belief_; }
 
@@ -136,6 +146,18 @@ class PredictorBank {
 
   /// Puts the filter in condition k to where the first one is.
   void join(int k) { place(states() + k, belief_.mean); }
+
+  /// Where all filters are; they were frozen alike before.
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(belief_, scale_);
+    for (int lane = 0; lane < states() + count_; ++lane)
+      for (int i = 0; i < size(); ++i) {
+        double x = this->lane(lane, i);
+        archive(x);
+        machines_[lane / kPackWidth].x[i][lane % kPackWidth] = x;
+      }
+  }
 
   /// The same innovation of the filter in condition k, in deviations of the first one.
   double innovation(int k) const {

@@ -54,7 +54,7 @@ std::vector<std::string_view> names_of(TypeList<F...> /*registry*/) {
   return {F::name...};
 }
 
-constexpr Seal kSeal{"armukf_s", 2};
+constexpr Seal kSeal{"armukf_s", 3};
 
 /// s; what is taken to lie between two clocks, at least: a gap by any measure.
 constexpr double kLeastPause = 10.0;
@@ -132,6 +132,7 @@ struct Session::State {
   template <class Archive>
   void archive(Archive& archive);
 
+  std::string described;  // model and settings as they were given
   Model model;
   FreeCoordinates coordinates;
   EstimatorSettings settings;
@@ -152,7 +153,7 @@ struct Session::State {
 };
 
 Session::State::State(const Model& m, const EstimatorSettings& s)
-    : model(m), coordinates(m), settings(s) {
+    : described(description(m, s)), model(m), coordinates(m), settings(s) {
   find_filter(s.filter);
   if (settings.belief) {  // nothing to race for, nor to be annealed
     settings.race.starts = {{}};
@@ -345,6 +346,10 @@ void Session::State::archive(Archive& archive) {
           deviations);
   if (values.size() != size || deviations.size() != size)
     throw InputError("has another number of states and unknowns");
+  for (Parameter& p : model.parameters)
+    if (p.known) archive(p.value);
+  archive(wiring, torques);
+  if constexpr (Archive::kLoads) coordinates = FreeCoordinates(model);
 }
 
 Session::Session(const Model& model, const EstimatorSettings& settings)
@@ -359,8 +364,7 @@ void Session::expect_new_clock() { state_->new_clock = true; }
 
 std::string Session::save() const {
   OutArchive archive;
-  std::string described = description(state_->model, state_->settings);
-  archive(described, *state_);
+  archive(state_->described, *state_);
   return sealed(kSeal, archive.bytes());
 }
 
@@ -368,7 +372,7 @@ void Session::load(std::string_view bytes) {
   InArchive archive(unsealed(kSeal, bytes));
   std::string described;
   archive(described);
-  check_same(described, description(state_->model, state_->settings));
+  check_same(described, state_->described);
   auto loaded = std::make_unique<State>(state_->model, state_->settings);
   archive(*loaded);
   state_ = std::move(loaded);

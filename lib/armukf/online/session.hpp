@@ -57,7 +57,8 @@ class Session {
   /// Format: a seal (core/sealed.hpp: magic `armukf_s`, version, checksum, length); a text that
   /// describes model and settings; how many filters still race (64 bits), and each of them: mean
   /// and covariance (or its root), the last interval, parameters, model error, noise factors,
-  /// clocks, likelihood; then winner, last time and torque, values and deviations. See
+  /// clocks, likelihood; then winner, last time and torque, values and deviations; what a watch has
+  /// found of the known parameters, drive and sensor, and the last torques. See
   /// core/archive.hpp for how numbers stand.
   std::string save() const;
 

@@ -6,7 +6,7 @@
 namespace armukf {
 namespace {
 
-constexpr Seal kSeal{"armukf_t", 1};
+constexpr Seal kSeal{"armukf_t", 2};
 
 /// What was counted before, and what a sequence has counted since; new clocks are counted where
 /// samples are given out, so that a checkpoint tells those it covers.
@@ -75,7 +75,8 @@ std::string Track::save() const {
   OutArchive archive;
   std::string session = session_.save();
   Progress progress{tally_, counts(), first_t_, last_t_};
-  archive(session, progress);
+  std::string watch = watch_ ? watch_->save() : "";
+  archive(session, progress, watch);
   return sealed(kSeal, archive.bytes());
 }
 
@@ -83,8 +84,17 @@ void Track::load(std::string_view bytes) {
   InArchive archive(unsealed(kSeal, bytes));
   std::string session;
   Progress progress;
-  archive(session, progress);
-  session_.load(session);
+  std::string watch;
+  archive(session, progress, watch);
+  if (watch_) {
+    Watch loaded = watch_->anew();
+    if (!watch.empty()) loaded.load(watch);
+    session_.load(session);
+    watch_ = std::move(loaded);
+  } else {
+    session_.load(session);
+  }
+  events_ = {};
   tally_ = progress.tally;
   before_ = progress.counts;
   first_t_ = progress.first_t;

@@ -54,7 +54,7 @@ class Track {
   /// The samples' clock was set while nobody listened: none of them is old, whatever its time.
   void expect_new_clock();
 
-  /// Looks for changes of the machine from here on (see Watch). Events are not in a checkpoint.
+  /// Looks for changes of the machine from here on (see Watch).
   void watch(const Model& model, const EstimatorSettings& settings,
              const WatchSettings& watch = {});
   /// What the last estimate has shown to have changed; until the next one.
@@ -70,13 +70,14 @@ class Track {
   /// those that still wait for others do not count.
   ///
   /// Format: a seal (core/sealed.hpp: magic `armukf_t`, version, checksum, length); the session's
-  /// bytes (Session::save); the tally; the counts; time of the first and of the last sample.
+  /// bytes (Session::save); the tally; the counts; time of the first and of the last sample; the
+  /// watch's bytes (Watch::save), none where nobody watches.
   std::string save() const;
 
   /// Goes on from there, and gives no estimates of samples that it covers: those whose time is not
   /// later than that of the last one; if the stream begins with the same time as the saved one, and
   /// that one's clock was set meanwhile, all before as well. InputError as of Session::load, the
-  /// track then being as it was.
+  /// track then being as it was. Whoever watches what nobody watched before begins to watch there.
   void load(std::string_view bytes);
 
  private:

@@ -3,6 +3,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "armukf/core/record.hpp"
@@ -51,9 +52,11 @@ struct Event {
 ///     for (const Event& event : watch.see(session, sample, estimate)) ...
 ///
 /// A bank of predictors with the session's parameters, frozen, runs beside it (PredictorBank);
-/// ChangeTest tells whether their innovations are still white, ChangeReplay what it is that has
-/// changed. Memory and time per sample are constant, apart from the second after a change, in which
-/// the last samples are gone over again; only an event allocates.
+/// Alarm tells whether their innovations are still white, ChangeReplay what it is that has changed.
+/// Where the noise could not be learnt the model lacks something: what that leaves is made white by
+/// what the last seconds foretell of it (ForetellingLearner), and a change has the name and the
+/// size that the alarm finds. Memory and time per sample are constant, apart from the second after
+/// a change, in which the last samples are gone over again; only an event allocates.
 class Watch {
  public:
   Watch(const Model& model, const EstimatorSettings& settings, const WatchSettings& watch = {});
@@ -70,6 +73,15 @@ class Watch {
 
   /// How many changes were said, the second lines not counted.
   std::size_t count() const;
+
+  /// A watch of the same model and settings that has seen nothing.
+  Watch anew() const;
+
+  /// All that it has seen, as bytes, to go with Session::save(): a watch of the same model and
+  /// settings goes on from there with the same numbers.
+  std::string save() const;
+  /// InputError where the bytes are something else; the watch is then as it was.
+  void load(std::string_view bytes);
 
  private:
   struct State;

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "armukf/report/event_report.hpp"
 #include "armukf/report/parameters_json.hpp"
 
 namespace armukf {
@@ -135,11 +136,12 @@ std::string counts_text(const Tally& tally) {
                      tally.count(Status::kGap), tally.count(Status::kReset));
 }
 
-std::vector<std::string> row_names(std::span<const std::string> augmented) {
+std::vector<std::string> row_names(std::span<const std::string> augmented, bool watched) {
   std::vector<std::string> names{"t",   "y",     "y_pred", "innovation", "innovation_sd",
                                  "nis", "status"};
   names.insert(names.end(), augmented.begin(), augmented.end());
   for (const std::string& name : augmented) names.push_back(name + "_sd");
+  if (watched) names.emplace_back("event");
   return names;
 }
 
@@ -150,14 +152,15 @@ void write_outcome(CsvWriter& writer, const Estimate& e) {
   writer.cell(name_of(e.status));
 }
 
-void write_header(CsvWriter& writer, const Model& model) {
-  writer.row(row_names(augmented_names(model)));
+void write_header(CsvWriter& writer, const Model& model, bool watched) {
+  writer.row(row_names(augmented_names(model), watched));
 }
 
-void write_row(CsvWriter& writer, const Estimate& e) {
+void write_row(CsvWriter& writer, const Estimate& e, std::optional<std::span<const Event>> events) {
   write_outcome(writer, e);
   for (const double value : e.values) writer.cell(value);
   for (const double value : e.deviations) writer.cell(value);
+  if (events) writer.cell(event_cell(*events));
   writer.end_row();
 }
 

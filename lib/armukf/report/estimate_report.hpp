@@ -58,14 +58,17 @@ nlohmann::ordered_json angle_json(const std::optional<ErrorSums>& free);
 std::string counts_text(const Tally& tally);
 
 /// Names of a row's cells: the outcome, then the augmented belief, then its deviations.
-std::vector<std::string> row_names(std::span<const std::string> augmented);
+/// Where somebody watches, what is said to have changed comes last.
+std::vector<std::string> row_names(std::span<const std::string> augmented, bool watched = false);
 /// The first cells of a row: the sample, its innovation and status.
 void write_outcome(CsvWriter& writer, const Estimate& estimate);
 
 /// The header of the rows that `write_row` writes.
-void write_header(CsvWriter& writer, const Model& model);
-/// One row: the sample, its innovation, status, every augmented state and its deviation.
-void write_row(CsvWriter& writer, const Estimate& estimate);
+void write_header(CsvWriter& writer, const Model& model, bool watched = false);
+/// One row: the sample, its innovation, status, every augmented state and its deviation; where
+/// somebody watches, the events said at it.
+void write_row(CsvWriter& writer, const Estimate& estimate,
+               std::optional<std::span<const Event>> events = {});
 
 /// The summary as JSON, and as text for a person.
 nlohmann::ordered_json estimate_json(const EstimateSummary& summary);

@@ -22,6 +22,12 @@ std::string event_line(const Event& e, std::string_view arm) {
   return json.dump() + "\n";
 }
 
+std::string event_cell(std::span<const Event> events) {
+  std::string names;
+  for (const Event& event : events) names += (names.empty() ? "" : ";") + event.what;
+  return names;
+}
+
 std::string event_text(const Event& e) {
   std::string text = fmt::format("at {:.2f} s: {} from {:.4g} to {:.4g} ± {:.2g}", e.onset, e.what,
                                  e.from, e.to, e.sd);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -10,7 +11,11 @@ namespace armukf {
 /// An event as a line of JSON, with the line's end; `arm` tells whose it is where there are many.
 std::string event_line(const Event& event, std::string_view arm = {});
 
-/// The same for a person.
+/// What the events of a sample are of, for its row: names, with a semicolon between them; empty
+/// where there are none.
+std::string event_cell(std::span<const Event> events);
+
+/// An event for a person.
 std::string event_text(const Event& event);
 
 }  // namespace armukf

@@ -1,0 +1,114 @@
+#include "armukf/online/alarm.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace armukf {
+namespace {
+
+constexpr double kCarried = 0.7;  // of what is known of drive, sensor and friction, at a new begin
+constexpr double kIncomplete = 3.0;  // times the deviation of all that is believed
+constexpr double kEarly = 2.0;       // times its variance: an early belief is too sure
+
+/// At most so large, and so on the stack.
+using SmallMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxParameters, kMaxParameters>;
+
+}  // namespace
+
+Alarm::Alarm(int n)
+    : ring_(n),
+      test_(n),
+      spread_(static_cast<std::size_t>(n), 1.0),
+      spread_sum_(static_cast<std::size_t>(n), 0.0) {}
+
+void Alarm::expect(double claim_s, bool complete) {
+  claim_s_ = claim_s;
+  complete_ = complete;
+}
+
+void Alarm::begin(const std::vector<Changeable>& what, const SquareMatrix& covariance,
+                  bool knows_rest) {
+  const int m = covariance.size();
+  bends_of_looks_.fill(0.0);
+  ring_.restart();
+  if (knows_rest) test_.carry_over(m, kCarried, ring_.past());
+  const double doubt = complete_ ? 1.0 : kIncomplete;
+  if (!complete_) first_.reset();
+  test_.believe(what, doubt);
+  SmallMatrix relative(m, m);
+  for (int i = 0; i < m; ++i)
+    for (int j = 0; j < m; ++j)
+      relative(i, j) = kEarly * doubt * doubt * covariance(i, j) / (what[i].usual * what[j].usual);
+  const SmallMatrix inverse = relative.ldlt().solve(SmallMatrix::Identity(m, m));
+  for (int i = 0; i < m; ++i)
+    for (int j = 0; j < m; ++j) ring_.past().row(i)[j] = inverse(i, j);
+}
+
+void Alarm::look(double memory_s, bool learns) {
+  if (ring_.close()) {
+    if (learns) learn_spread();
+    ring_.take_left(1.0 - (ring_.left().end - ring_.left().begin) / memory_s);
+  }
+  if (learns) earliest_ = earliest();
+  test_.look(ring_, earliest_);
+}
+
+double Alarm::earliest() const {
+  const double first = first_.value_or(0.0);
+  if (complete_) return first + claim_s_;
+  return std::max(first + claim_s_, 0.5 * (first + last().end));
+}
+
+void Alarm::learn_spread() {
+  constexpr double kPrior = 4.0;  // stretches
+  constexpr double kLeastInformation = 1e-3;
+  constexpr double kMost = 25.0;  // of the spread: an outlier counts no more
+  const ChangeSums& left = ring_.left();
+  const auto& theta = test_.offset();
+  const int n = left.n;
+  spread_weight_ += 1.0;
+  for (int i = 0; i < n; ++i) {
+    double score = left.b[i];
+    for (int k = 0; k < n; ++k) score -= left.row(i)[k] * theta[k];
+    const double information = left.row(i)[i];
+    if (information > kLeastInformation)
+      spread_sum_[i] += std::min(score * score / information, kMost * spread_[i]);
+    spread_[i] = std::max(1.0, (kPrior + spread_sum_[i]) / (kPrior + spread_weight_));
+  }
+}
+
+void Alarm::find_bend(const Model& model, const std::vector<Changeable>& what) {
+  if (!complete_) return;
+  double now = 1.0;
+  for (std::size_t i = 0; i < what.size(); ++i) {
+    if (!what[i].is_parameter() || model.parameters[what[i].parameter].known) continue;
+    const double sd = test_.offset_sd(static_cast<int>(i));
+    const double off = test_.offset()[i];
+    now = std::max(now, 1.0 + (sd * sd + off * off) / (what[i].linear * what[i].linear));
+  }
+  double& oldest = bends_of_looks_[looks_ % bends_of_looks_.size()];
+  bend_ = oldest == 0.0 ? now : oldest;
+  oldest = now;
+  ++looks_;
+}
+
+int Alarm::likeliest() const {
+  int best = 0;
+  for (int i = 0; i < static_cast<int>(spread_.size()); ++i)
+    if (likelihood(i) > likelihood(best)) best = i;
+  return best;
+}
+
+double Alarm::power_before(double t) const {
+  double power = ring_.past().power;
+  double samples = ring_.past().samples;
+  for (int i = 0; i < ring_.size() && ring_.step(i).end <= t; ++i) {
+    power += ring_.step(i).power;
+    samples += ring_.step(i).samples;
+  }
+  return samples > 0.0 ? power / samples : 1.0;
+}
+
+}  // namespace armukf

@@ -1,0 +1,58 @@
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "apps/program.hpp"
+#include "armukf/io/csv_reader.hpp"
+
+namespace armukf {
+namespace {
+
+constexpr double kOnset = 5.0;  // s
+constexpr int kDelay = 4;       // samples, 2 ms
+
+/// The measured record, of which ARMUKF_MEASURED names the folder: the model does not explain it.
+class MeasuredWatch : public Program {
+ protected:
+  void SetUp() override {
+    Program::SetUp();
+    const char* folder = std::getenv("ARMUKF_MEASURED");
+    if (folder == nullptr) GTEST_SKIP() << "ARMUKF_MEASURED does not name a folder";
+    samples_ = read_record(std::string(folder) + "/robotarm_estimation.csv").samples;
+  }
+
+  /// The first lines of the events of the record, altered from kOnset on.
+  std::vector<nlohmann::json> events(const std::function<void(std::size_t)>& alter) {
+    for (std::size_t k = samples_.size(); k-- > 0;)
+      if (samples_[k].t >= kOnset) alter(k);
+    std::string text = "t,u,y\n";
+    for (const Sample& s : samples_) text += fmt::format("{},{},{}\n", s.t, s.u, s.y);
+    put("altered.csv", text);
+    std::vector<nlohmann::json> all;
+    for (const std::string& line :
+         lines_of(run("estimate altered.csv --watch --events - --quiet").output))
+      if (auto event = nlohmann::json::parse(line); !event["settled"]) all.push_back(event);
+    return all;
+  }
+
+  std::vector<Sample> samples_;
+};
+
+TEST_F(MeasuredWatch, SaysNothingOfARecordThatIsAsItWas) {
+  EXPECT_TRUE(events([](std::size_t) {}).empty());
+}
+
+TEST_F(MeasuredWatch, FindsACommandThatIsRecordedLate) {
+  const auto found = events([&](std::size_t k) { samples_[k].u = samples_[k - kDelay].u; });
+  ASSERT_FALSE(found.empty());
+  EXPECT_EQ(found[0]["what"], "input_delay");
+  EXPECT_GT(found[0]["t"], kOnset);
+  EXPECT_LT(found[0]["t"], kOnset + 1.5);
+}
+
+}  // namespace
+}  // namespace armukf
