@@ -5,6 +5,7 @@
 #include <exception>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -154,11 +155,8 @@ class Stream {
       if (writer_ != nullptr) {
         if (!headed_) write_header(*writer_, start_.model, o_.watch.watch);
         headed_ = true;
-        if (o_.watch.watch) {
-          write_row(*writer_, *estimate, track_.events());
-        } else {
-          write_row(*writer_, *estimate);
-        }
+        write_row(*writer_, *estimate,
+                  o_.watch.watch ? std::optional(track_.events()) : std::nullopt);
       }
       for (const Event& event : track_.events()) say_event(event);
       keep(estimate->sample);

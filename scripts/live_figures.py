@@ -19,6 +19,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from browser import browser
+from processes import memory_kb, processor_s
 from sweeps import PROGRAM, write_json
 
 RATE_HZ = 2000
@@ -34,15 +35,6 @@ def page_server(source):
     finally:
         server.kill()
         server.wait()
-
-
-def processor_s(pid):
-    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def memory_mb(pid):
-    return int(re.search(r"VmRSS:\s+(\d+)", Path(f"/proc/{pid}/status").read_text()).group(1)) / 1024
 
 
 async def heap_mb(page):
@@ -113,14 +105,14 @@ async def hour(program, rows):
             page = await tab()
             await page.open(address)
             await page.wait_for("document.getElementById('state').dataset.state === 'waiting'")
-            before = {"heap_mb": await heap_mb(page), "server_mb": memory_mb(server.pid)}
+            before = {"heap_mb": await heap_mb(page), "server_mb": memory_kb(server.pid) / 1024}
             begin = time.monotonic()
             sending = asyncio.to_thread(hour_of_rows, program, rows, os.fdopen(into, "wb"))
             await sending
             await page.wait_for("document.getElementById('state').dataset.state === 'ended'")
             seconds = time.monotonic() - begin
             await asyncio.sleep(1)
-            after = {"heap_mb": await heap_mb(page), "server_mb": memory_mb(server.pid)}
+            after = {"heap_mb": await heap_mb(page), "server_mb": memory_kb(server.pid) / 1024}
             bins = await page.value("view.bins.length")
             last = await page.value("view.bins.at(-1)[1]")
     return {"rows": rows, "rows_per_second": rows / seconds, "before": before, "after": after, "bins": bins,

@@ -16,9 +16,10 @@ import tempfile
 import tomllib
 from pathlib import Path
 
+from program_help import help_of
+
 TREE = Path(__file__).resolve().parent.parent
 MANUAL = TREE / "data/manual"
-OPTION = re.compile(r"  (\S(?:.*?\S)??)(?:\s{2,}(\S.*)| (?<=^.{29})(\S.*))?$")  # its words begin at column 30
 GENERATED = re.compile(r"^<!-- generated: (\w+) ?(\w*) -->$", re.MULTILINE)
 COMMENT = re.compile(r"^<!-- .*? -->\n", re.MULTILINE)
 UNIT = re.compile(r"^(\w+) = \{.*\}  # (.*)$", re.MULTILINE)
@@ -40,41 +41,21 @@ def escaped(text):
     return SPECIAL.sub(r"\\\1", text)
 
 
-def subcommands(program):
-    text = said(program, "--help").partition("Subcommands:\n")[2]
-    return re.findall(r"^  (\w+) ", text, re.MULTILINE)
-
-
-def parts_of_help(text):
-    """The lines of a command's help: description, usage, {heading: [(option, words)]}, and what follows."""
-    lines = text.splitlines()
-    usage = next(k for k, line in enumerate(lines) if line.startswith("Usage: "))
-    tables, current, after = {}, None, []
-    for line in lines[usage + 1:]:
-        if re.match(r"\w+:$", line):
-            current = tables.setdefault(line.rstrip(":"), [])
-        elif current is not None and (match := OPTION.match(line)):
-            current.append([match[1], match[2] or match[3] or ""])
-        elif current and line.startswith(" " * 20):
-            current[-1][1] = f"{current[-1][1]} {line.strip()}".strip()
-        elif line.strip():
-            after.append(line.strip())
-    return " ".join(lines[:usage]), lines[usage].removeprefix("Usage: "), tables, " ".join(after)
-
-
 def command_page(program, command):
-    description, usage, tables, after = parts_of_help(said(program, command, "--help"))
-    if not tables.get("Options"):
+    said = help_of(program, command)
+    if said is None or not said.sections.get("options"):
         raise Fault(f"armukf {command} --help: no options")
-    lines = [f"({command})=", f"## {command}", "", escaped(description) + ".", "", "```text", usage, "```", ""]
-    for options in tables.values():
-        for option, words in options:
-            lines += [f"`{' '.join(option.split())}`", f": {escaped(words)}", ""]
+    lines = [f"({command})=", f"## {command}", "", escaped(" ".join(said.before).strip()) + ".", "", "```text", said.usage,
+             "```", ""]
+    for entries in said.sections.values():
+        for names, text in entries:
+            lines += [f"`{' '.join(names.split())}`", f": {escaped(text)}", ""]
+    after = " ".join(line.strip() for line in said.after if line.strip())
     return "\n".join([*lines, escaped(after), ""])
 
 
 def commands(program, _):
-    return "\n".join(command_page(program, command) for command in subcommands(program))
+    return "\n".join(command_page(program, command) for command, _ in help_of(program).sections["subcommands"])
 
 
 def effect_names(program):

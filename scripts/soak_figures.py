@@ -10,12 +10,12 @@ processor time, so that what runs beside it does not matter. Exit status 1 where
 
 import argparse
 import json
-import os
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+from processes import memory_kb, processor_s
 from recursive_figures import Checks
 from sweeps import PROGRAM, TRUTH, simulate
 
@@ -33,16 +33,6 @@ def tails_of(record):
     return [line.split(",", 1)[1] + "\n" for line in rows]
 
 
-def memory_kb(process):
-    lines = Path(f"/proc/{process.pid}/status").read_text().splitlines()
-    return next(int(line.split()[1]) for line in lines if line.startswith("VmRSS"))
-
-
-def seconds_of(process):
-    fields = Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
 def streamed(process, tails, samples):
     """Feeds it; after each piece (rows so far, its memory in kB, its processor time in s)."""
     seen = []
@@ -54,7 +44,7 @@ def streamed(process, tails, samples):
             pipe.write("".join([f"{n * STEP_S:.4f},{tails[n % PERIOD]}" for n in range(first, last)]))
             if last // piece > first // piece:
                 pipe.flush()
-                seen.append((last, memory_kb(process), seconds_of(process)))
+                seen.append((last, memory_kb(process.pid), processor_s(process.pid)))
                 print(f"{last} rows, {seen[-1][1]} kB, {seen[-1][2]:.0f} s", file=sys.stderr, flush=True)
     return seen
 

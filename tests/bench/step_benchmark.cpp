@@ -1,11 +1,9 @@
 #include <benchmark/benchmark.h>
 
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <new>
 #include <string>
 #include <vector>
 
@@ -14,34 +12,13 @@
 #include "armukf/online/engine.hpp"
 #include "armukf/online/filters.hpp"
 #include "armukf/online/session.hpp"
+#include "counted_allocations.hpp"
 #include "filter/textbook_ukf.hpp"
 
 /// One predict + update of each filter on the published arm: 5 states, 7 unknowns, one RK4 step per
 /// 0.5 ms; with the noises of torque and sensor as two more states; and on the arm with the effects
 /// that a real one may have: 10 states, 14 unknowns.
 /// Allocations are counted by replacing operator new.
-namespace {
-
-std::atomic<std::size_t> allocations = 0;
-
-}  // namespace
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  ++allocations;
-  const auto unit = static_cast<std::size_t>(alignment);
-  if (void* memory = std::aligned_alloc(unit, (size + unit - 1) / unit * unit)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
-
 namespace armukf {
 namespace {
 

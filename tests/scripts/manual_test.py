@@ -13,7 +13,7 @@ sys.path.insert(0, str(SCRIPTS))
 
 import check_links  # noqa: E402
 import manual_examples as examples  # noqa: E402
-import manual_pages as pages  # noqa: E402
+from program_help import Help  # noqa: E402
 
 HELP = """What it does
 Usage: armukf it [OPTIONS] FILE
@@ -26,6 +26,7 @@ Options:
   --on-error TEXT:{stop,skip,missing}
                               at a row that cannot
                               be read
+  -o,--output FOLDER REQUIRED folder to write to
 
 Rows go out.
 """
@@ -80,11 +81,13 @@ class Lines(unittest.TestCase):
 
 class Pages(unittest.TestCase):
     def test_help_becomes_options_and_words(self):
-        description, usage, tables, after = pages.parts_of_help(HELP)
-        self.assertEqual((description, usage, after), ("What it does", "armukf it [OPTIONS] FILE", "Rows go out."))
-        self.assertEqual(tables["Positionals"], [["FILE TEXT REQUIRED", "the record"]])
-        self.assertEqual(tables["Options"][1], ["--on-error TEXT:{stop,skip,missing}",
-                                                "at a row that cannot be read"])
+        said = Help(HELP)
+        self.assertEqual((" ".join(said.before).strip(), said.usage, " ".join(said.after)),
+                         ("What it does", "armukf it [OPTIONS] FILE", "Rows go out."))
+        self.assertEqual(said.sections["positionals"], [["FILE TEXT REQUIRED", "the record"]])
+        self.assertEqual(said.sections["options"][1], ["--on-error TEXT:{stop,skip,missing}",
+                                                       "at a row that cannot be read"])
+        self.assertEqual(said.sections["options"][2], ["-o,--output FOLDER REQUIRED", "folder to write to"])
 
     def test_links_that_lead_nowhere_are_told(self):
         with tempfile.TemporaryDirectory() as folder:
