@@ -159,6 +159,7 @@ Identification sharpened(Model model, const Guess& guess, const std::vector<Reco
   IdentifySettings settings;
   settings.propagation = propagation;
   settings.initial = all_free(model);
+  settings.jackknife = false;  // only where it ends counts
   return identify(model, pieces, settings);
 }
 

@@ -1,7 +1,9 @@
 #include "armukf/diagnosis/base_fit.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <tuple>
 #include <utility>
@@ -184,11 +186,12 @@ BaseFit base_fit(const Model& model, const std::vector<Record>& pieces,
                  const Propagation& propagation, int threads) {
   const Record& longest =
       *std::ranges::max_element(pieces, {}, [](const Record& r) { return r.samples.size(); });
-  const std::vector<Model> starts{model, softened(model),
-                                  from_frequency_response(model, longest, propagation)};
-  std::vector<FittedModel> fits(starts.size());
+  const std::array<std::function<Model()>, 3> starts{
+      [&] { return from_frequency_response(model, longest, propagation); },  // the longest job first
+      [&] { return model; }, [&] { return softened(model); }};
+  std::array<FittedModel, starts.size()> fits;
   for_each_job(threads, static_cast<int>(starts.size()),
-               [&](int i) { fits[i] = fitted(starts[i], {}, pieces, propagation, kIterations); });
+               [&](int i) { fits[i] = fitted(starts[i](), {}, pieces, propagation, kIterations); });
   BaseFit result;
   for (FittedModel& fit : fits) result.add(std::move(fit));
   if (!std::isfinite(result.best.mse))
