@@ -69,16 +69,19 @@ void add_fit(CLI::App& program) {
           "--criterion", o->settings.criterion,
           "error of the plain simulation, or of the prediction one sample ahead by a Kalman\n"
           "filter of the states: better where the torque has noise that is not in u")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Criterion>{
-          {"simulation", Criterion::kSimulation}, {"prediction", Criterion::kPrediction}}))
+      ->transform(CLI::CheckedTransformer(
+                      std::map<std::string, Criterion>{{"simulation", Criterion::kSimulation},
+                                                       {"prediction", Criterion::kPrediction}})
+                      .description(""))  // the type's name says them
       ->type_name("simulation|prediction")
       ->default_str("simulation");
   command
       .add_option("--starts", o->settings.starts,
                   "searches; all but the first from drawn start values")
       ->check(whole_number(1, 10000));
-  command.add_flag("!--no-blocks", o->settings.jackknife,
-                   "leave no part of the records out: HAC deviations alone, in half the time");
+  command.add_flag_callback(
+      "--no-blocks", [o] { o->settings.jackknife = false; },
+      "leave no part of the records out: HAC deviations alone, in half the time");
   add_threads_option(command, o->settings.threads);
   command.add_option("--seed", o->settings.seed, "of the drawn start values");
   command.add_option("--iterations", o->settings.iterations, "of one search, at most")

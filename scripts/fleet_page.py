@@ -108,7 +108,8 @@ def panel(name, points, span, marks):
 def arm_row(arm, anchor, records, findings, span):
     fits = [record.found["fit_percent"] for record in records if record.found["fit_percent"] is not None]
     told = ", ".join(dict.fromkeys(f.what for f in findings)) or "nothing found"
-    summary = f"{len(records)} records, {day(records[0].date)} to {day(records[-1].date)}"
+    dates = list(dict.fromkeys(day(record.date) for record in (records[0], records[-1])))
+    summary = f"{pages.counted(len(records), 'record')}, {' to '.join(dates)}"
     if fits:
         summary += f"; fit {min(fits):.1f} to {max(fits):.1f} %"
     panels = "".join(panel(name, points, span, [f.since for f in findings if f.what == name])
@@ -117,14 +118,18 @@ def arm_row(arm, anchor, records, findings, span):
             f'<div class="trends">{panels}</div>')
 
 
+def heading(found, arms):
+    return f"{found} of {pages.counted(arms, 'arm')} {'has' if found == 1 else 'have'} something"
+
+
 def page(job, records, findings, rows):
     arms = by_arm(records)
     failed = [row for row in rows if row["what"] == "failed"]
     order = list(dict.fromkeys([f.arm for f in findings] + list(arms)))
     anchors = {arm: f"arm{k}" for k, arm in enumerate(order)}
     dates = [record.date for own in arms.values() for record in own]
-    parts = [f"<h1>{len({f.arm for f in findings})} of {len(arms)} arms have something</h1>",
-             f"<p>{len(records)} records, {len(failed)} of which failed; {escaped(job)}.</p>",
+    parts = [f"<h1>{heading(len({f.arm for f in findings}), len(arms))}</h1>",
+             f"<p>{pages.counted(len(records), 'record')}, {len(failed)} of which failed; {escaped(job)}.</p>",
              found_table(findings, anchors) if findings else "<p>Nothing was found.</p>"]
     if failed:
         parts += ["<h2>Records that failed</h2>", table(("arm", "date", "what armukf says"), (

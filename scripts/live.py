@@ -40,6 +40,7 @@ from live_stream import Events, Stream, shown_name
 
 PAGE = Path(__file__).resolve().parent / "live_page"
 ASSETS = {"/": ("page.html", "text/html"), "/page.css": ("page.css", "text/css"),
+          "/colours.css": ("colours.css", "text/css"), "/drawing.js": ("drawing.js", "text/javascript"),
           "/uPlot.min.css": ("uPlot.min.css", "text/css"),
           "/uPlot.iife.min.js": ("uPlot.iife.min.js", "text/javascript"),
           "/history.js": ("history.js", "text/javascript"), "/charts.js": ("charts.js", "text/javascript"),

@@ -20,51 +20,16 @@ ESTIMATE.csv is what `armukf estimate` prints. --truth draws the values that `ar
 """
 
 import argparse
-import json
 import sys
 from pathlib import Path
 
-import numpy as np
-
 import pictures
 from events import events_in
+from inputs import InputError, read_json, read_table
 from pictures import plt
 
 ROWS = ["t", "u", "y", "y_hat", "residual"]
 ESTIMATE = ["t", "innovation", "innovation_sd", "nis"]
-
-
-class InputError(Exception):
-    """What is wrong with the user's input, in one line."""
-
-
-def read_table(path, needed):
-    try:
-        with open(path, encoding="utf-8") as file:
-            lines = [line for line in file if line.strip() and not line.startswith("#")]
-        table = np.genfromtxt(lines, delimiter=",", names=True, dtype=None, encoding="utf-8")
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error).splitlines()[0]
-        raise InputError(f"{path}: {reason}") from None
-    for column in needed:
-        if table.dtype.names is None or column not in table.dtype.names:
-            raise InputError(f"{path}: no column {column}")
-    if table.ndim == 0 or len(table) < 2:
-        raise InputError(f"{path}: holds fewer than two rows")
-    return table
-
-
-def read_json(path, *keys):
-    try:
-        with open(path, encoding="utf-8") as file:
-            found = json.load(file)
-        for key in keys:
-            found = found[key]
-        return found
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}") from None
-    except (ValueError, KeyError, IndexError, TypeError):
-        raise InputError(f"{path}: holds no {keys[-1]}; is it what armukf wrote?") from None
 
 
 def read_events(path):

@@ -21,6 +21,7 @@
 #include "armukf/report/model_file.hpp"
 #include "arrays.hpp"
 #include "bindings.hpp"
+#include "interruptible.hpp"
 
 namespace armukf::python {
 namespace {
@@ -87,14 +88,11 @@ py::tuple fitted(const std::vector<NamedRows>& rows, const ModelFile& start, boo
   settings.robust = robust;
   settings.iterations = iterations;
   settings.jackknife = blocks;
-  FitSummary summary;
-  std::string json;
-  {
-    const py::gil_scoped_release unlocked;
-    summary = fit_summary(start.model, records, settings);
-    json = fit_json(summary).dump();
-  }
-  return py::make_tuple(json, to_go_on_from_fit(summary.identification, start));
+  const FitSummary summary = interruptible([&](const std::stop_token& stop) {
+    settings.stop = stop;
+    return fit_summary(start.model, records, settings);
+  });
+  return py::make_tuple(fit_json(summary).dump(), to_go_on_from_fit(summary.identification, start));
 }
 
 py::tuple compared(const NamedRows& rows, const ModelFile& start, int passes, int starts,
@@ -105,15 +103,13 @@ py::tuple compared(const NamedRows& rows, const ModelFile& start, int passes, in
   settings.initial = chosen(published_choice(start.model), free, given);
   settings.starts = starts;
   settings.threads = threads;
-  Comparison found;
-  std::string json;
-  {
-    const py::gil_scoped_release unlocked;
-    found = comparison(start.model, start.settings, record, settings, passes);
-    json = compare_json(found).dump();
-  }
+  const Comparison found = interruptible([&](const std::stop_token& stop) {
+    settings.stop = stop;
+    return comparison(start.model, start.settings, record, settings, passes);
+  });
   const RecursiveEstimate& recursive = found.recursive.estimate;
-  return py::make_tuple(json, to_go_on_from(recursive.model, start.settings, recursive.belief),
+  return py::make_tuple(compare_json(found).dump(),
+                        to_go_on_from(recursive.model, start.settings, recursive.belief),
                         to_go_on_from_fit(found.batch.identification, start));
 }
 

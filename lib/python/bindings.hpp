@@ -9,6 +9,7 @@ namespace armukf::python {
 
 void bind_model(pybind11::module_& module);
 void bind_session(pybind11::module_& module);
+void bind_track(pybind11::module_& module);
 void bind_recursion(pybind11::module_& module);
 void bind_batch(pybind11::module_& module);
 void bind_diagnosis(pybind11::module_& module);

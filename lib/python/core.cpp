@@ -14,6 +14,7 @@ PYBIND11_MODULE(_core, module) {
   module.attr("processor") = armukf::build_processor();
   bind_model(module);
   bind_session(module);
+  bind_track(module);
   bind_recursion(module);
   bind_batch(module);
   bind_diagnosis(module);

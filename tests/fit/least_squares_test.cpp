@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <stop_token>
 
 namespace armukf {
 namespace {
@@ -68,6 +69,21 @@ TEST(LeastSquares, SaysWhenIterationsRunOut) {
   const Minimum minimum = least_squares(unbounded({-1.2, 1.0}), 2, valley, {.iterations = 2});
   EXPECT_FALSE(minimum.converged);
   EXPECT_LT(minimum.cost, 0.5 * (4.4 * 4.4 + 2.2 * 2.2));  // better than the start's
+}
+
+TEST(LeastSquares, StopsWhereItIsWhenAsked) {
+  std::stop_source stop;
+  int evaluations = 0;
+  const auto stopping = [&](const double* z, double* r, double* J) {
+    if (++evaluations == 5) stop.request_stop();
+    return valley(z, r, J);
+  };
+  const Minimum minimum =
+      least_squares(unbounded({-1.2, 1.0}), 2, stopping, {.stop = stop.get_token()});
+  EXPECT_FALSE(minimum.converged);
+  EXPECT_EQ(minimum.termination, "stopped");
+  EXPECT_LE(evaluations, 8);  // the iteration's own
+  EXPECT_LT(minimum.cost, 0.5 * (4.4 * 4.4 + 2.2 * 2.2));
 }
 
 }  // namespace

@@ -2,7 +2,9 @@
 """Jobs on whole records: the numbers of the program's commands, to the last digit."""
 
 import json
+import signal
 import sys
+import time
 import unittest
 from dataclasses import fields
 from unittest import mock
@@ -191,6 +193,21 @@ class Refusals(InFolder):
         self.refused(f"{path}:3: u: 'x' is not a number", armukf.fit, path)
         with self.assertRaises(ValueError):
             armukf.fit(samples[:3])
+
+
+class Interrupts(InFolder):
+    def test_they_end_a_fit_long_before_its_end(self):
+        def interrupt(*_):
+            raise KeyboardInterrupt
+        before = signal.signal(signal.SIGALRM, interrupt)
+        self.addCleanup(signal.signal, signal.SIGALRM, before)
+        samples = armukf.simulate(sensor_noise=0.1).samples
+        for criterion in ("simulation", "prediction"):
+            begin = time.monotonic()
+            signal.setitimer(signal.ITIMER_REAL, 0.2)
+            with self.assertRaises(KeyboardInterrupt):
+                armukf.fit(samples, criterion=criterion, starts=1000)  # minutes
+            self.assertLess(time.monotonic() - begin, 60.0)
 
 
 class Results(InFolder):

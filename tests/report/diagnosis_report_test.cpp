@@ -53,5 +53,36 @@ TEST(DiagnosisReport, SaysNothingOfAnAngleThatIsNotThere) {
   EXPECT_FALSE(says(diagnosis_text(summary(false)), "angle"));
 }
 
+TEST(DiagnosisReport, TellsEveryEstimatedParameterBeforeAndAfter) {
+  DiagnosisSummary s = summary(true);
+  Model& model = s.diagnosis.after.model;
+  const int k_a = model.index_of("k_a");
+  const int ripple = model.index_of("torque_ripple");
+  model.parameters[k_a].value = 12.5;
+  model.parameters[ripple].value = 0.5;
+  const auto estimate = [](int position, double value, double sd) {
+    return ParameterEstimate{position, value, sd, sd, sd, sd, false};
+  };
+  s.diagnosis.base.best.parameters = {estimate(k_a, 10.0, 2.0)};
+  s.diagnosis.base.best.model.parameters[k_a].value = 10.0;
+  s.diagnosis.after.parameters = {estimate(k_a, 12.5, 1.0), estimate(ripple, 0.5, 0.25)};
+  const nlohmann::ordered_json json = diagnosis_json(s)["parameters"];
+  EXPECT_EQ(json.size(), 2U);
+  EXPECT_EQ(json["k_a"].dump(),
+            R"({"unit":"N.m/rad","before":10.0,"before_sd":2.0,"after":12.5,"after_sd":1.0})");
+  const auto& found = json[model.parameters[ripple].name];
+  EXPECT_TRUE(found["before"].is_null() && found["before_sd"].is_null());
+  EXPECT_EQ(found["after_sd"], 0.25);
+}
+
+TEST(DiagnosisReport, NamesExperimentsThatTellEffectsApart) {
+  DiagnosisSummary s = summary(true);
+  EXPECT_TRUE(diagnosis_json(s)["effects"][0]["told_apart_by"].empty());
+  s.diagnosis.effects[0].confused_with = {"gravity"};
+  EXPECT_EQ(diagnosis_json(s)["effects"][0]["told_apart_by"][0],
+            "slow motion over the whole range of the joint");
+  EXPECT_TRUE(says(diagnosis_text(s), "to tell them apart: slow motion over the whole range"));
+}
+
 }  // namespace
 }  // namespace armukf

@@ -11,6 +11,7 @@
 
 #include "armukf/batch/jackknife.hpp"
 #include "armukf/batch/output_error.hpp"
+#include "armukf/batch/stopped.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/core/parallel.hpp"
@@ -81,10 +82,12 @@ double log_innovation_sd(const std::vector<Gains>& gains) {
 /// Searches from the model's values and those initial states on, the gains as they are.
 Found searched(const Model& model, const StatesOfPieces& x0, std::vector<Gains> gains,
                const Task& task) {
+  stop_if_asked(task.limits.stop);
   const OutputError error(model, task.records, task.settings.initial, task.settings.propagation,
                           gains);
   Found found;
   found.minimum = search(error, error.variables_of_model(x0), kInfinite, task.limits);
+  stop_if_asked(task.limits.stop);
   found.model = error.model_at(found.minimum.z.data());
   found.x0 = error.initial_states_at(found.minimum.z.data());
   found.loss = 0.5 * error.measured() * std::log(found.minimum.cost) + log_innovation_sd(gains);
@@ -288,6 +291,7 @@ Minimum robust_search(const OutputError& error, Variables variables, Minimum fou
     if (!(bulk > 0.0)) break;  // nothing to weigh against
     huber_scale = kHuber * bulk;
     found = search(error, variables, huber_scale, limits);
+    stop_if_asked(limits.stop);
     variables.start = found.z;
     iterations += found.iterations;
     evaluations += found.evaluations;
@@ -310,6 +314,7 @@ Identification identify_pieces(const Model& model, const std::vector<Record>& re
   check_length(unfitted, records);
   Task task{records, settings, limits_for(unfitted)};
   task.limits.iterations = settings.iterations;
+  task.limits.stop = settings.stop;
   const std::vector<Found> all = search_all(model, task);
   const Found& found = all.front();
   Minimum best = found.minimum;
@@ -345,7 +350,7 @@ Identification identify_pieces(const Model& model, const std::vector<Record>& re
   if (settings.jackknife && std::isfinite(best.cost))
     block_sd = jackknife_deviations({result.model, records, error.initial_states_at(best.z.data()),
                                      found.gains, settings.initial, settings.propagation,
-                                     result.huber_scale, settings.threads});
+                                     result.huber_scale, settings.threads, settings.stop});
   report_parameters(spread, block_sd, result);
   report_experiments(records, settings, initial, result);
   report_criteria(error.measured(), error.variables(), result);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,7 @@ struct IdentifySettings {
   double longest_gap_s = kLongestGapS;  // s; a record is cut at longer intervals
   StatesOfPieces first_states;          // where the free initial states of each piece begin; what
                                         // is left out is guessed
+  std::stop_token stop{};  // asked for: the fit throws Stopped (stopped.hpp), an iteration later
 };
 
 /// What was found about an unknown parameter.

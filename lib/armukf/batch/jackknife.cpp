@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "armukf/batch/pieces.hpp"
+#include "armukf/batch/stopped.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/parallel.hpp"
 
@@ -52,10 +53,13 @@ Part part_of(Eigen::Index rows, int block) {
 
 /// Where the search ends; empty where it cannot begin.
 std::vector<double> unknowns_at_end(const OutputError& error, const StatesOfPieces& x0,
-                                    double huber_scale) {
+                                    const EndedFit& fit) {
+  stop_if_asked(fit.stop);
   SearchLimits limits = limits_for(error);
   limits.iterations = kIterations;
-  const Minimum minimum = search(error, error.variables_of_model(x0), huber_scale, limits);
+  limits.stop = fit.stop;
+  const Minimum minimum = search(error, error.variables_of_model(x0), fit.huber_scale, limits);
+  stop_if_asked(fit.stop);
   if (!std::isfinite(minimum.cost)) return {};
   return {minimum.z.begin(), minimum.z.begin() + error.unknowns()};
 }
@@ -74,7 +78,7 @@ std::vector<double> simulated_without(const EndedFit& fit, const Part& part,
   }
   const InitialChoice choice = all_free(fit.model);
   const OutputError error(fit.model, rest.pieces, choice, fit.propagation);
-  return unknowns_at_end(error, rest.x0, fit.huber_scale);
+  return unknowns_at_end(error, rest.x0, fit);
 }
 
 /// The predictions fitted to the records, that part without weight.
@@ -88,7 +92,7 @@ std::vector<double> predicted_without(const EndedFit& fit, const Part& part) {
               g.innovation_sd.begin() + static_cast<std::ptrdiff_t>(out.end), kInfinite);
   }
   const OutputError error(fit.model, fit.records, fit.initial, fit.propagation, std::move(gains));
-  return unknowns_at_end(error, fit.x0, fit.huber_scale);
+  return unknowns_at_end(error, fit.x0, fit);
 }
 
 }  // namespace

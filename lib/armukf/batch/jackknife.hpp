@@ -1,5 +1,6 @@
 #pragma once
 
+#include <stop_token>
 #include <vector>
 
 #include "armukf/batch/output_error.hpp"
@@ -19,6 +20,7 @@ struct EndedFit {
   const Propagation& propagation;
   double huber_scale;  // rad/s; infinite for squares
   int threads;
+  std::stop_token stop{};  // asked for: Stopped is thrown
 };
 
 /// Deviations of the model's unknowns by how far a fit moves that goes on without an eighth of the

@@ -1,6 +1,7 @@
 #include "armukf/fit/least_squares.hpp"
 
 #include <ceres/cost_function.h>
+#include <ceres/iteration_callback.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
@@ -42,6 +43,19 @@ class Block final : public ceres::CostFunction {
   int& evaluations_;
 };
 
+/// Ends a search that is no longer wanted.
+class Stop final : public ceres::IterationCallback {
+ public:
+  explicit Stop(const std::stop_token& token) : token_(token) {}
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& /*summary*/) override {
+    return token_.stop_requested() ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const std::stop_token& token_;
+};
+
 ceres::Solver::Options options_for(const SearchLimits& limits) {
   ceres::Solver::Options options;
   options.minimizer_type = ceres::TRUST_REGION;
@@ -63,6 +77,8 @@ std::string reason(const ceres::Solver::Summary& summary) {
       return "converged";
     case ceres::NO_CONVERGENCE:
       return "no convergence within the iterations allowed";
+    case ceres::USER_SUCCESS:
+      return "stopped";
     default:
       return "no step lowers the sum of squares";
   }
@@ -79,7 +95,10 @@ void descend(const Variables& variables, int residuals, const Residuals& f, cons
     if (std::isfinite(variables.upper[j])) problem.SetParameterUpperBound(z, j, variables.upper[j]);
   }
   ceres::Solver::Summary summary;
-  ceres::Solve(options_for(limits), &problem, &summary);
+  Stop stop(limits.stop);
+  ceres::Solver::Options options = options_for(limits);
+  options.callbacks.push_back(&stop);
+  ceres::Solve(options, &problem, &summary);
   minimum.cost = summary.final_cost;
   minimum.iterations += summary.num_successful_steps + summary.num_unsuccessful_steps;
   minimum.converged = summary.termination_type == ceres::CONVERGENCE;

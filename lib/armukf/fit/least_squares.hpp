@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,7 @@ struct SearchLimits {
   /// First bound on a step, over what a linear problem would take: where iterations are few, steps
   /// that are refused are lost.
   double first_radius = 1e4;
+  std::stop_token stop{};  // asked for: the search ends with its iteration
 };
 
 /// Where a search ended.

@@ -64,9 +64,54 @@ std::vector<int> parameters_of_effect(const Model& model, const std::string& eff
   return positions;
 }
 
-double sd_of(const FittedModel& fit, int position) {
+const ParameterEstimate* estimate_of(const FittedModel& fit, int position) {
   const auto at = std::ranges::find(fit.parameters, position, &ParameterEstimate::position);
-  return at == fit.parameters.end() ? 0.0 : at->sd;
+  return at == fit.parameters.end() ? nullptr : &*at;
+}
+
+double sd_of(const FittedModel& fit, int position) {
+  const ParameterEstimate* estimate = estimate_of(fit, position);
+  return estimate == nullptr ? 0.0 : estimate->sd;
+}
+
+/// A parameter of a model as `when` and `when`_sd: null where the model has no such parameter, and
+/// where it was not estimated.
+void add_value(const FittedModel& fit, const std::string& name, const std::string& when,
+               Json& json) {
+  json[when] = nullptr;
+  json[when + "_sd"] = nullptr;
+  const auto at = std::ranges::find(fit.model.parameters, name, &Parameter::name);
+  if (at == fit.model.parameters.end()) return;
+  json[when] = at->value;
+  const auto position = static_cast<int>(at - fit.model.parameters.begin());
+  if (const ParameterEstimate* estimate = estimate_of(fit, position))
+    json[when + "_sd"] = estimate->sd;
+}
+
+/// Every parameter that was estimated, before or after.
+Json compared_parameters(const FittedModel& before, const FittedModel& after) {
+  Json json = Json::object();
+  for (const Parameter& p : after.model.parameters) {
+    Json both{{"unit", p.unit}};
+    add_value(before, p.name, "before", both);
+    add_value(after, p.name, "after", both);
+    if (!both["before_sd"].is_null() || !both["after_sd"].is_null()) json[p.name] = both;
+  }
+  return json;
+}
+
+/// Experiments that would tell an effect from those that explain nearly as much.
+std::vector<std::string_view> told_apart_by(const FoundEffect& effect) {
+  std::vector<std::string_view> tells;
+  if (effect.confused_with.empty()) return tells;
+  std::vector<std::string> families{family_of(effect.effect)};
+  families.insert(families.end(), effect.confused_with.begin(), effect.confused_with.end());
+  for (const std::string& family : families) {
+    const auto* at = std::ranges::find(kExperiments, family, &Experiment::family);
+    if (at != std::end(kExperiments) && std::ranges::find(tells, at->tells) == tells.end())
+      tells.push_back(at->tells);
+  }
+  return tells;
 }
 
 Json effect_json(const FittedModel& fit, const FoundEffect& effect) {
@@ -81,6 +126,7 @@ Json effect_json(const FittedModel& fit, const FoundEffect& effect) {
   json["p_value"] = effect.p_value;
   json["mse_reduction_percent"] = effect.mse_reduction_percent;
   json["confused_with"] = effect.confused_with;
+  json["told_apart_by"] = told_apart_by(effect);
   return json;
 }
 
@@ -137,18 +183,6 @@ std::string measures_text(const Diagnosis& d) {
   return text;
 }
 
-std::string experiment_for(const FoundEffect& effect) {
-  std::vector<std::string_view> tells;
-  std::vector<std::string> families{family_of(effect.effect)};
-  families.insert(families.end(), effect.confused_with.begin(), effect.confused_with.end());
-  for (const std::string& family : families) {
-    const auto* at = std::ranges::find(kExperiments, family, &Experiment::family);
-    if (at != std::end(kExperiments) && std::ranges::find(tells, at->tells) == tells.end())
-      tells.push_back(at->tells);
-  }
-  return tells.empty() ? "" : fmt::format("; to tell them apart: {}", fmt::join(tells, ", or "));
-}
-
 std::string effect_text(const Diagnosis& d, const FoundEffect& effect) {
   std::string text = fmt::format(
       "  {}: {} {:.1f} % lower{}, p {:.2g}\n", effect.effect,
@@ -159,9 +193,12 @@ std::string effect_text(const Diagnosis& d, const FoundEffect& effect) {
     text += fmt::format("    {:<26} {:>12.6g} ± {:<9.2g} {}\n", p.name, p.value, sd_of(d.after, i),
                         p.unit);
   }
-  if (!effect.confused_with.empty())
-    text += fmt::format("    this record cannot tell it from {}{}\n",
-                        fmt::join(effect.confused_with, ", "), experiment_for(effect));
+  if (effect.confused_with.empty()) return text;
+  text +=
+      fmt::format("    this record cannot tell it from {}", fmt::join(effect.confused_with, ", "));
+  if (const auto tells = told_apart_by(effect); !tells.empty())
+    text += fmt::format("; to tell them apart: {}", fmt::join(tells, ", or "));
+  text += '\n';
   return text;
 }
 
@@ -206,6 +243,7 @@ Json diagnosis_json(const DiagnosisSummary& s) {
             {"validation", measures_json(d.after_validation_measures)}}},
           {"effects", effects},
           {"candidates", candidates},
+          {"parameters", compared_parameters(d.base.best, d.after)},
           {"consistency", consistency},
           {"verdict", name_of(d.verdict)},
           {"unexplained", d.unexplained},

@@ -24,14 +24,15 @@ from .results import (Candidate, Comparison, ComparedParameter, Consistency, Dia
                       Estimates, EstimateSummary, Evaluation, Experiment, Fit, Innovation, InitialState,
                       Measures, ParameterEstimate, SimulatedExperiment, SimulationFit, Smoothed, Status)
 from .session import Session
+from .track import Fate, FateCounts, Track
 
 InputError.__module__ = __name__
 
 __all__ = [
     "Candidate", "ComparedParameter", "Comparison", "Consistency", "Diagnosis", "Effect", "Estimate",
-    "EstimateSummary", "Estimates", "Evaluation", "Experiment", "Fit", "InitialState", "Innovation",
-    "InputError", "Measures", "Model", "Parameter", "ParameterEstimate", "Session", "SimulatedExperiment",
-    "SimulationFit", "Smoothed", "Status", "__version__", "compare", "diagnose", "effect_names", "estimate",
-    "evaluate", "fit", "processor", "read_record", "score", "simulate", "smooth",
+    "EstimateSummary", "Estimates", "Evaluation", "Experiment", "Fate", "FateCounts", "Fit", "InitialState",
+    "Innovation", "InputError", "Measures", "Model", "Parameter", "ParameterEstimate", "Session",
+    "SimulatedExperiment", "SimulationFit", "Smoothed", "Status", "Track", "__version__", "compare", "diagnose",
+    "effect_names", "estimate", "evaluate", "fit", "processor", "read_record", "score", "simulate", "smooth",
     "start_from_frequency_response", "start_from_slow_motion",
 ]

@@ -1,7 +1,7 @@
 """Whole records at once. Each job does what the program's command of its name does, with its defaults.
 
-Other threads go on meanwhile. Ctrl-C ends smooth soon, and diagnose at its next stage; the other jobs finish
-first.
+Other threads go on meanwhile. Ctrl-C ends smooth and fit soon (by predictions in some seconds), compare when its
+recursive half is done, and diagnose at its next stage; the other jobs finish first.
 """
 
 from __future__ import annotations

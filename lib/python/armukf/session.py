@@ -9,6 +9,12 @@ from .model import Model, ModelSource, filtered
 from .results import Estimate, Estimates, Floats, ParameterEstimate, Status, parameter_table
 
 
+def believed_parameters(core: _core.Session | _core.Track) -> dict[str, ParameterEstimate]:
+    found = zip(Model._of(core.model()).parameters.values(), core.sd(), core.model_sd())
+    return {p.name: ParameterEstimate(p.value, p.unit, p.known, float(sd), float(sd_model))
+            for p, sd, sd_model in found}
+
+
 class Session:
     """A recursive estimate of states and unknown parameters: samples in, what is believed out.
 
@@ -70,9 +76,7 @@ class Session:
     @property
     def parameters(self) -> dict[str, ParameterEstimate]:
         """Every parameter as believed now."""
-        found = zip(self.model.parameters.values(), self._core.sd(), self._core.model_sd())
-        return {p.name: ParameterEstimate(p.value, p.unit, p.known, float(sd), float(sd_model))
-                for p, sd, sd_model in found}
+        return believed_parameters(self._core)
 
     @property
     def covariance(self) -> Floats:
