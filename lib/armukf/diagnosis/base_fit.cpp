@@ -187,7 +187,9 @@ BaseFit base_fit(const Model& model, const std::vector<Record>& pieces,
   const Record& longest =
       *std::ranges::max_element(pieces, {}, [](const Record& r) { return r.samples.size(); });
   const std::array<std::function<Model()>, 3> starts{
-      [&] { return from_frequency_response(model, longest, propagation); },  // the longest job first
+      [&] {
+        return from_frequency_response(model, longest, propagation);
+      },  // the longest job first
       [&] { return model; }, [&] { return softened(model); }};
   std::array<FittedModel, starts.size()> fits;
   for_each_job(threads, static_cast<int>(starts.size()),

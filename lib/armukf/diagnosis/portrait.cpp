@@ -109,6 +109,14 @@ Probe line_probe(double hertz, int looked_at) {
           static_cast<double>(looked_at)};
 }
 
+/// Innovations, turned over where the motor turns back: of friction that is not the same at all
+/// angles they repeat as those of a torque do.
+std::vector<double> along_motion(std::vector<double> innovations,
+                                 const std::vector<Instant>& motion) {
+  for (std::size_t k = 0; k < innovations.size(); ++k) innovations[k] *= motion[k].sign;
+  return innovations;
+}
+
 std::string bands(const FittedModel& fit, const std::vector<double>& t) {
   constexpr std::array kEdges{0.0, 1.0, 3.0, 10.0, 30.0};  // Hz
   double total = 0.0;
@@ -154,10 +162,14 @@ std::vector<std::string> portrait(const FittedModel& fit, const std::vector<Reco
   for (const auto& [share, text] : seen)
     if (std::ranges::find(lines, text) == lines.end()) lines.push_back(text);
   const std::vector<double> angle = motor_angle(pieces);
-  for (const SpectralLine& line :
-       lines_over_angle(angle, innovations, kHighestHarmonic, kLinePower, kMostLines).strongest)
-    lines.push_back(fmt::format("repeats with the motor's angle, {:.2f} times per rad",
-                                line.frequency / (2.0 * std::numbers::pi)));
+  const auto repeats = [&](std::string_view what, const std::vector<double>& e) {
+    for (const SpectralLine& line :
+         lines_over_angle(angle, e, kHighestHarmonic, kLinePower, kMostLines).strongest)
+      lines.push_back(fmt::format("{} with the motor's angle, {:.2f} times per rad", what,
+                                  line.frequency / (2.0 * std::numbers::pi)));
+  };
+  repeats("repeats", innovations);
+  repeats("friction that repeats", along_motion(innovations, motion));
   if (!lines.empty()) lines.push_back(bands(fit, t));
   return lines;
 }
