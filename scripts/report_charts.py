@@ -151,16 +151,17 @@ def density(judged, name):
 
 
 def by_band(judged):
-    """[(from Hz, to Hz, rad/s rms before, after)]; what is constant over SEGMENT_S is in none."""
-    hertz, before = density(judged, "residual_before")
-    _, after = density(judged, "residual_after")
+    """[(from Hz, to Hz, rad/s rms before, after)]; the slowest holds all that the others do not, drift and offset."""
+    names = ("residual_before", "residual_after")
+    hertz, powers = density(judged, names[0])[0], [density(judged, name)[1] for name in names]
     top, bands = float(f"{hertz[-1]:.4g}"), []
-    for low, high in zip(BANDS_HZ, BANDS_HZ[1:]):
-        if low >= top:
-            break
+    left = [np.nanmean(judged[name] ** 2) for name in names]
+    for low, high in reversed([edges for edges in zip(BANDS_HZ, BANDS_HZ[1:]) if edges[0] < top]):
         inside = (hertz > low) & ((hertz <= high) | (high >= top))
-        bands.append((low, min(high, top), *(np.sqrt(np.sum(p[inside]) * hertz[1]) for p in (before, after))))
-    return bands
+        shares = [np.sum(p[inside]) * hertz[1] for p in powers] if low > 0 else [max(0.0, rest) for rest in left]
+        left = [rest - share for rest, share in zip(left, shares)]
+        bands.append((low, min(high, top), *np.sqrt(shares)))
+    return bands[::-1]
 
 
 def thirds(hertz, power):

@@ -146,6 +146,12 @@ class Charts(unittest.TestCase):
         self.assertAlmostEqual(bands[3][2], 0.5 / 2 ** 0.5, delta=0.02)  # 10 to 30 Hz: the sine of 0.5 at 20 Hz
         self.assertEqual([band[1] for band in bands], [1, 3, 10, 30, 100, 300, 1000])
 
+    def test_an_offset_is_of_the_slowest_band(self):
+        rows = made_up.rows(8000)
+        rows["residual_before"] += 3.0
+        before = charts.by_band(charts.Judged(rows))[0][2]
+        self.assertAlmostEqual(before, 3.0, delta=0.05)
+
     def test_a_gap_breaks_the_lines_and_a_second_record_follows_the_first(self):
         rows = made_up.rows(3000)
         rows["t"][1000:] += 0.7
