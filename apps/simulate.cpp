@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "armukf/batch/experiment.hpp"
@@ -35,6 +36,7 @@ struct SimulateOptions {
   std::string experiment = "estimation";
   bool states = false;  // true states as further columns
   ExperimentSettings settings;
+  std::vector<std::string> drifts;  // NAME=PART
   ModelOptions model;
   ReportOptions report;
   Columns columns;
@@ -49,6 +51,7 @@ std::string command_text(const SimulateOptions& o, const Model& model) {
       name_of(s.kind), s.seed, s.samples, s.sample_time_s, s.sensor_noise, s.torque_disturbance);
   if (s.sensor_pole != 0.0) text += fmt::format(" --sensor-pole {}", s.sensor_pole);
   if (s.torque_pole != 0.0) text += fmt::format(" --torque-pole {}", s.torque_pole);
+  for (const std::string& drift : o.drifts) text += fmt::format(" --drift {}", drift);
   for (const EffectSlot& slot : model.effects) text += fmt::format(" --effect {}", slot.name());
   for (const Parameter& p : model.parameters) text += fmt::format(" --set {}={}", p.name, p.value);
   return text;
@@ -86,6 +89,18 @@ void write_summary(const SimulateOptions& o, const Model& model) {
   write_json(o.report, summary);
 }
 
+/// NAME=PART, of a parameter that may be that large when the record ends.
+Drift drift_of(const Model& model, std::string_view text) {
+  const auto equals = text.find('=');
+  if (equals == std::string_view::npos)
+    throw InputError(fmt::format("'{}' is not NAME=PART", text));
+  const Drift drift{model.index_of(text.substr(0, equals)), number_in(text.substr(equals + 1))};
+  Model worn = model;
+  worn.parameters[drift.parameter].value *= 1.0 + drift.part;
+  worn.check();
+  return drift;
+}
+
 void simulate(SimulateOptions& o) {
   if (o.output == "-" && o.report.json == "-")
     throw InputError("--json: standard output is taken by -o");
@@ -93,6 +108,9 @@ void simulate(SimulateOptions& o) {
   s.kind = of_option("--experiment", [&] { return find_experiment(o.experiment); });
   const ModelFile chosen = chosen_model(o.model, {published_estimate(), {}});
   const Model& model = chosen.model;
+  of_option("--drift", [&] {
+    for (const std::string& text : o.drifts) s.drifts.push_back(drift_of(model, text));
+  });
   const SimulatedExperiment experiment =
       of_option("--samples", [&] { return simulate_experiment(model, s); });
   const Record& record = experiment.record;
@@ -130,6 +148,11 @@ void add_experiment_options(CLI::App& command, SimulateOptions& o) {
       .add_option("--torque-pole", s.torque_pole, "of that torque, from sample to sample; 0: white")
       ->check(number_from(0.0) & number_to(kSlowestPole));
   command.option_defaults()->always_capture_default(false);
+  add_repeatable(
+      command, "--drift", o.drifts,
+      "a parameter that wears: evenly over the record, in the end by PART of its value;\n"
+      "repeatable")
+      ->type_name("NAME=PART");
 }
 
 }  // namespace

@@ -35,6 +35,10 @@ CHANGES = {"k_g1": (0.2, True), "k_a": (0.2, True), "d_g": (0.2, True), "Fc": (0
            "torque_gain": (0.2, True), "payload": (0.3, False), "torque_bias": (0.05, False),
            "sensor_gain": (0.02, False), "input_delay": (0.001, False)}
 SMALL = {"k_g1": 0.05, "k_a": 0.05, "d_g": 0.05, "Fc": 0.05, "torque_gain": 0.05}
+WEAR = 0.1 / 600  # 1/s; half of the arms wear from the begin on, half from LATE on, until this part is gone
+GONE = 0.03
+LATE = 60.0  # s
+WEARS = ("k_g1", "k_a", "d_g", "Fc", "torque_gain")
 PAIR = ("k_g1", "torque_gain")  # the second 3 s after the first
 
 
@@ -43,11 +47,11 @@ def size_of(kind, arm):
     return -size if both and arm % 2 else size
 
 
-def watched(options, arm, duration, changes):
+def watched(options, arm, duration, changes, option="--change"):
     """The events of a record, its summary, and the values of its arm."""
     with tempfile.TemporaryDirectory() as folder:
         record, truth, summary = (Path(folder, name) for name in ("record.csv", "truth.json", "summary.json"))
-        words = [word for c in changes for word in ("--change", f"{c[0]}={c[1]!r}@{c[2]!r}")]
+        words = [word for c in changes for word in (option, f"{c[0]}={c[1]!r}@{c[2]!r}")]
         called([options["plant"], "--seed", arm, "--motion", "square", "--period", 10, "--duration", duration,
                 "--sensor-noise", options["sensor"], "--sensor-pole", 0.5, "--torque-noise", options["torque"],
                 "--torque-pole", 0.9, "--estimation", record, "--truth", truth, *words], 300)
@@ -63,8 +67,11 @@ def trial(item):
     """What became of one record; `item` is [options, kind, size, arm]."""
     options, kind, size, arm = item
     if kind == "nothing":
-        events, _, _ = watched(options, arm, QUIET_LENGTH, [])
-        return {"false": sum(not e["settled"] for e in events)}
+        events, summary, _ = watched(options, arm, QUIET_LENGTH, [])
+        return {"false": sum(not e["settled"] for e in events),
+                "wears": [name for name, t in summary["trends"].items() if t["drifts"]]}
+    if kind.startswith("wear "):
+        return worn(options, kind.removeprefix("wear "), size, arm)
     if kind == "two":
         steps = [(name, size_of(name, arm), ONSET + 3.0 * i) for i, name in enumerate(PAIR)]
         events, _, _ = watched(options, arm, LENGTH + 3.0, steps)
@@ -72,6 +79,20 @@ def trial(item):
                             for name, _, t in steps)}
     events, summary, values = watched(options, arm, LENGTH, [(kind, size, ONSET)])
     return judged(kind, size, events, summary, values)
+
+
+def worn(options, name, size, arm):
+    """Whether a drift is seen when `size` is gone; the rate over the true one."""
+    since = LATE if arm // 2 % 2 else 0.0
+    events, summary, values = watched(options, arm, since + GONE / WEAR, [(name, size, since)], "--drift")
+    true = size / GONE * WEAR * 3600 * (values.get(name) or 1.0)  # per hour
+    trend = summary["trends"].get(name, {"drifts": False})
+    seen = trend["drifts"]
+    return {"seen": seen, "rate": trend["rate_per_h"] / true if seen else None,
+            "sd": abs(trend["sd_per_h"] / true) if "sd_per_h" in trend else None,
+            "within": abs(trend["rate_per_h"] / true - 1) < 0.2 if seen else False,
+            "others": [n for n, t in summary["trends"].items() if t["drifts"] and n != name],
+            "events": [e["what"] for e in events if not e["settled"]]}
 
 
 def judged(kind, size, events, summary, values):
@@ -130,7 +151,21 @@ def report(results, checks):
         checks.expect(share(small, "found") >= 60, f"steps of 5 % found {share(small, 'found'):.1f} % (60)")
     if results.get("two"):
         checks.expect(share(results["two"], "both") >= 80, f"two changes: both in {share(results['two'], 'both'):.0f} % (80)")
+    worn_runs = []
+    for kind in (k for k in results if k.startswith("wear ")):
+        runs = results[kind]
+        worn_runs += runs
+        rates = [r["rate"] for r in runs if r["seen"]]
+        deviations = [f"{r['sd'] or 0:.2f}" for r in runs]
+        print(f"  {kind:16} seen {share(runs, 'seen'):.0f} %, rate over the true one "
+              f"{', '.join(f'{r:.2f}' for r in rates)}; sd {', '.join(deviations)}; "
+              f"others {sum(len(r['others']) for r in runs)}, events {sum(len(r['events']) for r in runs)}")
+    if worn_runs:
+        checks.expect(share(worn_runs, "within") >= 80, f"10 % in 10 min: rate within 20 % before 3 % are gone in "
+                      f"{share(worn_runs, 'within'):.0f} % (80)")
     if results.get("nothing"):
+        wears = [name for r in results["nothing"] for name in r["wears"]]
+        checks.expect(not wears, f"drifts of arms that do not: {', '.join(wears) or 'none'}")
         runs = results["nothing"]
         rate = sum(r["false"] for r in runs) / (len(runs) * QUIET_LENGTH / 3600)
         checks.expect(rate <= 1.0, f"false events an hour: {rate:.2f} in {len(runs) * QUIET_LENGTH / 3600:.1f} h (1)")
@@ -141,6 +176,7 @@ def items_of(o):
     arms = range(ARMS[o.half], ARMS[o.half] + o.arms)
     kinds = [(kind, kind, size_of) for kind in CHANGES]
     kinds += [(f"small {kind}", kind, lambda k, a: SMALL[k] * (-1 if a % 2 else 1)) for kind in SMALL]
+    kinds += [(f"wear {kind}", f"wear {kind}", lambda k, a: GONE * (-1 if a % 2 else 1)) for kind in WEARS]
     kinds += [("two", "two", lambda k, a: 0.0), ("nothing", "nothing", lambda k, a: 0.0)]
     return [(label, [base, kind, size(kind, arm), arm]) for label, kind, size in kinds
             if not o.only or label in o.only for arm in arms]

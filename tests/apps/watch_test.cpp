@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -100,6 +101,38 @@ TEST_F(WatchProgram, NamesTheArmWhereThereAreMany) {
   ASSERT_EQ(outcome.status, 0) << outcome.error;
   EXPECT_EQ(nlohmann::json::parse(outcome.output.substr(0, outcome.output.find('\n')))["arm"],
             "left");
+}
+
+/// A gear that loses 3 % of its stiffness in 80 s, 27 N.m/rad an hour.
+TEST_F(WatchProgram, TellsWearAndWhenItReachesALimit) {
+  run("simulate -o record.csv --samples 160000 --drift k_g1=-0.03 --sensor-noise 0.1 "
+      "--torque-disturbance 0.1 --quiet");
+  put("limits.toml",
+      "[limits]\nk_g1 = { lower = 15.0 }\nk_a = { upper = 13.0 }\nd_g = { lower = 0.04 }\n");
+  const Outcome outcome =
+      run("estimate record.csv --model limits.toml --watch --events - --json summary.json "
+          "--save after.toml");
+  ASSERT_EQ(outcome.status, 0) << outcome.error;
+  EXPECT_EQ(outcome.output, "");
+  const auto trends = nlohmann::json::parse(text("summary.json"))["trends"];
+  for (const auto& [name, trend] : trends.items()) EXPECT_EQ(trend["drifts"], name == "k_g1");
+  const double rate = -0.03 * 20.0774 / 80.0 * 3600.0;
+  EXPECT_NEAR(trends["k_g1"]["rate_per_h"], rate, 0.2 * std::abs(rate));
+  EXPECT_NEAR(trends["k_g1"]["limits"]["reached_in_h"], (15.0 - 0.97 * 20.0774) / rate, 0.05);
+  EXPECT_TRUE(trends["k_a"]["limits"]["reached_in_h"].is_null());
+  EXPECT_EQ(trends["d_g"]["limits"]["beyond"], true);
+  EXPECT_NE(outcome.error.find("k_g1                 drifts by"), std::string::npos)
+      << outcome.error;
+  EXPECT_NE(outcome.error.find("d_g                  is beyond its limits"), std::string::npos);
+  EXPECT_NE(text("after.toml").find("[limits]\nd_g = { lower = 0.04, upper = inf }"),
+            std::string::npos);
+}
+
+TEST_F(WatchProgram, RefusesWearThatNoMachineCanHave) {
+  expect_refused("simulate -o a.csv --drift k_g1", "--drift: 'k_g1' is not NAME=PART");
+  expect_refused("simulate -o a.csv --drift k_g1=-2",
+                 "--drift: k_g1: -20.0774 is outside of its bounds 0 to inf N.m/rad");
+  expect_refused("simulate -o a.csv --drift k_g1=much", "--drift: 'much' is not a number");
 }
 
 TEST_F(WatchProgram, RefusesWhatDoesNotGoTogether) {

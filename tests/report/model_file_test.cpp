@@ -60,6 +60,7 @@ ModelFile unusual_content() {
   s.noise.torque[kGear] = 1e22;
   s.prior = {2.0 / 7.0, 3.0 / 7.0};
   s.gate = {4.0 / 7.0, 3, 5.0 / 7.0};
+  s.limits = {{"k_a", {1.0 / 3.0, 20.0 / 3.0}}, {"torque_gain", {-0.1, kInfinite}}};
   s.race = {6.0 / 7.0, {{{"torque_bias", 1.0 / 3.0}, {"k_a", 9.0}}}};
   return content;
 }
@@ -82,6 +83,11 @@ TEST(ModelFile, WhatIsWrittenReadsBackToTheSame) {
     EXPECT_EQ(back.settings.spread.kappa, content.settings.spread.kappa);
     EXPECT_EQ(back.settings.propagation.stepper, content.settings.propagation.stepper);
     EXPECT_EQ(back.settings.race.starts, content.settings.race.starts);
+    ASSERT_EQ(back.settings.limits.size(), content.settings.limits.size());
+    for (const auto& [name, limits] : content.settings.limits) {
+      EXPECT_EQ(back.settings.limits.at(name).lower, limits.lower);
+      EXPECT_EQ(back.settings.limits.at(name).upper, limits.upper);
+    }
   }
 }
 
@@ -167,10 +173,11 @@ TEST(ModelFile, MalformedTextNamesItsLine) {
 }
 
 TEST(ModelFile, UnknownKeysAndNamesAreRefusedWithTheKnownOnes) {
-  EXPECT_EQ(fault("\nnoize = 1\n"),
-            "arm.toml:2: noize: unknown key; known are: belief, effects, parameters, filter, "
-            "propagation, "
-            "noise, prior, gate, race, adaptation");
+  EXPECT_EQ(
+      fault("\nnoize = 1\n"),
+      "arm.toml:2: noize: unknown key; known are: belief, effects, limits, parameters, filter, "
+      "propagation, "
+      "noise, prior, gate, race, adaptation");
   EXPECT_EQ(fault("[prior]\ntwist = 1.0\nspin = 1.0\n"),
             "arm.toml:3: prior.spin: unknown key; known are: twist, speed");
   EXPECT_EQ(fault("[parameters.k_a]\nvalu = 1.0\n"),
@@ -232,6 +239,28 @@ TEST(ModelFile, ParametersThatCannotBeAreRefused) {
       fault("[parameters]\na_m.value = 0.5\na_g.value = 0.5\n"),
       "arm.toml:1: parameters: a_m: a_m + a_g must be below 1 (the rest is the arm's share of "
       "J), not 1");
+}
+
+TEST(ModelFile, LimitsHaveOneSideOrBothOfWhatMayChange) {
+  const ModelFile content = parse(
+      "effects = [\"torque_bias\"]\n[limits]\nk_a = { lower = 9 }\ntorque_bias = { upper = 0.2 "
+      "}\npayload_change = { lower = -0.5, upper = 2.0 }\n");
+  const auto& limits = content.settings.limits;
+  EXPECT_EQ(limits.at("k_a").lower, 9.0);
+  EXPECT_EQ(limits.at("k_a").upper, kInfinite);
+  EXPECT_EQ(limits.at("torque_bias").lower, -kInfinite);
+  EXPECT_EQ(limits.at("payload_change").upper, 2.0);
+  EXPECT_EQ(to_go_on_from(content.model, content.settings, {}).settings.limits.size(), 3U);
+}
+
+TEST(ModelFile, LimitsThatCannotBeAreRefused) {
+  EXPECT_EQ(fault("[limits]\nk_b = { lower = 1 }\n").substr(0, 47),
+            "arm.toml:2: limits.k_b: unknown key; known are:");
+  EXPECT_EQ(fault("[limits]\nk_a = 3\n"), "arm.toml:2: limits.k_a: must be a table");
+  EXPECT_EQ(fault("[limits]\n\nk_a = { lower = 3, upper = 3 }\n"),
+            "arm.toml:3: limits.k_a: lower, 3, must be below upper, 3");
+  EXPECT_EQ(fault("[limits]\nk_a = { least = 3 }\n"),
+            "arm.toml:2: limits.k_a.least: unknown key; known are: lower, upper");
 }
 
 TEST(ModelFile, OtherValuesBeginWithoutWhatWasBelievedOfTheOldOnes) {

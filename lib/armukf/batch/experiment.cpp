@@ -43,13 +43,16 @@ class TorqueCommand {
 /// Moves the states of a model from sample to sample with error control.
 class Arm {
  public:
-  explicit Arm(const Model& model) : states_(model.states.size()) {
-    for (const Parameter& parameter : model.parameters) parameters_.push_back(parameter.value);
+  explicit Arm(const Model& model) : states_(model.states.size()) { become(model); }
+  Arm(const Arm&) = delete;  // the dynamics point into this
+  Arm& operator=(const Arm&) = delete;
+
+  /// From now on it has these parameters; the model must outlive it.
+  void become(const Model& model) {
+    parameters_ = model.values();
     dynamics_ = Dynamics<double>(model, parameters_.data());
     driven_mobility_ = mobilities(parameters_.data())[kDrivenMass];
   }
-  Arm(const Arm&) = delete;  // the dynamics point into this
-  Arm& operator=(const Arm&) = delete;
 
   const std::vector<double>& states() const { return states_; }
 
@@ -94,6 +97,13 @@ class Noise {
   std::normal_distribution<double> normal_;
 };
 
+/// The model after this part of the record.
+void wear(Model& worn, const Model& model, const std::vector<Drift>& drifts, double part) {
+  for (const Drift& drift : drifts)
+    worn.parameters[drift.parameter].value =
+        model.parameters[drift.parameter].value * (1.0 + part * drift.part);
+}
+
 }  // namespace
 
 SimulatedExperiment simulate_experiment(const Model& model, const ExperimentSettings& settings) {
@@ -111,12 +121,17 @@ SimulatedExperiment simulate_experiment(const Model& model, const ExperimentSett
   TorqueCommand command(settings.controller, dt);
   Arm arm(model);
 
+  Model worn = model;
   SimulatedExperiment experiment;
   experiment.record.name = fmt::format("{} {}", name_of(settings.kind), settings.seed);
   double u = 0.0;
   for (int n = -run_in; n < settings.samples; ++n) {
     const double y = arm.measured(n * dt, u) + sensor_noise.next();
     u = command(reference[(n + run_in) % period] - y);
+    if (n >= 0 && !settings.drifts.empty()) {
+      wear(worn, model, settings.drifts, static_cast<double>(n) / settings.samples);
+      arm.become(worn);
+    }
     if (n >= 0) {
       experiment.record.samples.push_back({n * dt, u, y});
       experiment.states.push_back(arm.states());

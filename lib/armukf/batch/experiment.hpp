@@ -16,6 +16,12 @@ struct SpeedController {
   double torque_limit = 30.0;  // N.m; the integral rests while the torque is limited
 };
 
+/// A parameter that wears: evenly over the record, in the end by `part` of its value.
+struct Drift {
+  int parameter = 0;  // of the model
+  double part = 0.0;
+};
+
 /// One experiment in closed loop. The defaults are sampled as in the published study, without
 /// noise.
 struct ExperimentSettings {
@@ -27,6 +33,7 @@ struct ExperimentSettings {
   double sensor_pole = 0.0;         // of that noise, per sample; 0: white
   double torque_disturbance = 0.0;  // N.m, sd of a torque at the motor, held for a sample
   double torque_pole = 0.0;         // of that torque, per sample; 0: white
+  std::vector<Drift> drifts;
   SpeedController controller{};
   ReferenceShape reference{};
 };

@@ -46,13 +46,15 @@ void Alarm::begin(const std::vector<Changeable>& what, const SquareMatrix& covar
     for (int j = 0; j < m; ++j) ring_.past().row(i)[j] = inverse(i, j);
 }
 
-void Alarm::look(double memory_s, bool learns) {
-  if (ring_.close()) {
+bool Alarm::look(double memory_s, bool learns) {
+  const bool has_left = ring_.close();
+  if (has_left) {
     if (learns) learn_spread();
     ring_.take_left(1.0 - (ring_.left().end - ring_.left().begin) / memory_s);
   }
   if (learns) earliest_ = earliest();
   test_.look(ring_, earliest_);
+  return has_left;
 }
 
 double Alarm::earliest() const {
@@ -99,6 +101,25 @@ int Alarm::likeliest() const {
   for (int i = 0; i < static_cast<int>(spread_.size()); ++i)
     if (likelihood(i) > likelihood(best)) best = i;
   return best;
+}
+
+double Alarm::likelihood_of_drift() const {
+  double most = 0.0;
+  for (int i = 0; i < static_cast<int>(spread_.size()); ++i)
+    most = std::max(most, test_.drift_statistic(i) / (spread(i) * bend_));
+  return most;
+}
+
+double Alarm::rest_of_power() const {
+  const ChangeSums& sums = last();
+  const auto& theta = test_.offset();
+  double rest = sums.power;
+  for (int i = 0; i < sums.n; ++i) {
+    double explained = -2.0 * sums.b[i];
+    for (int j = 0; j < sums.n; ++j) explained += sums.row(i)[j] * theta[j];
+    rest += theta[i] * explained;
+  }
+  return std::max(0.0, rest) / sums.samples;
 }
 
 double Alarm::power_before(double t) const {

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "armukf/core/square_matrix.hpp"
@@ -49,14 +51,19 @@ class Alarm {
   /// Whether a step of the ring is full, to look at.
   bool full() const { return ring_.full(); }
   /// Looks at it. What is older than some `memory_s` counts ever less; `learns`: nothing seems to
-  /// have changed, so that what is past tells of the spread.
-  void look(double memory_s, bool learns);
+  /// have changed, so that what is past tells of the spread. True where something has left the ring
+  /// for the past.
+  bool look(double memory_s, bool learns);
   /// How far predictions bend by now.
   void find_bend(const Model& model, const std::vector<Changeable>& what);
 
   /// Twice the log of the likelihood ratio of the i-th change.
   double likelihood(int i) const { return test_.findings()[i].statistic / (spread(i) * bend_); }
   int likeliest() const;
+  /// The same of the likeliest even drift in place of a change.
+  double likelihood_of_drift() const;
+  /// Mean square of the last step's innovations, less what offsets that there have been explain.
+  double rest_of_power() const;
   const Finding& finding(int i) const { return test_.findings()[i]; }
   double spread(int i) const { return std::max(spread_[i], least_spread_); }
   /// Whether the i-th change of its usual size would by now be beyond the threshold, had it come
@@ -64,6 +71,7 @@ class Alarm {
   bool sees(int i, double threshold) const {
     return test_.recent_information()[i] > threshold * spread(i) * bend_;
   }
+  const ChangeRing& ring() const { return ring_; }
   /// The last step that was looked at.
   const ChangeSums& last() const { return ring_.step(ring_.size() - 1); }
   /// Mean square of the innovations before t (s).

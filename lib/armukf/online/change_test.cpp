@@ -7,6 +7,9 @@
 namespace armukf {
 namespace {
 
+/// Less than a thousandth of a doubt's: rounding, or nothing that could be seen.
+constexpr double kLeastInformation = 1e-3;
+
 /// Lower root of a symmetric matrix, in place; false where it is not positive.
 bool factor(ChangeSums& a) {
   for (int j = 0; j < a.n; ++j) {
@@ -32,7 +35,9 @@ ChangeTest::ChangeTest(int n)
       precision_(theta_.size()),
       recent_(theta_.size()),
       score_(theta_.size()),
-      information_(theta_.size()) {}
+      information_(theta_.size()),
+      drift_(n),
+      drift_statistics_(theta_.size()) {}
 
 void ChangeTest::believe(const std::vector<Changeable>& what, double times) {
   for (int i = 0; i < n_; ++i) {
@@ -59,9 +64,9 @@ void ChangeTest::gather(const ChangeRing& ring) {
   }
 }
 
-void ChangeTest::solve_rows() {
-  const int stride = after_.stride;
-  work_ = after_.G;
+void ChangeTest::solve_rows(const ChangeSums& sums) {
+  const int stride = sums.stride;
+  work_ = sums.G;
   for (int i = 0; i < n_; ++i) {
     double* to = work_.data() + static_cast<std::ptrdiff_t>(i) * stride;
     const double* root = all_.row(i);
@@ -75,34 +80,58 @@ void ChangeTest::solve_rows() {
   }
 }
 
+/// The information is that of all else being known, until now.
+void ChangeTest::score(const ChangeSums& sums) {
+  solve_rows(sums);
+  score_ = sums.b;
+  for (int k = 0; k < n_; ++k) {
+    const double* g = sums.row(k);
+    const double* w = work_.data() + static_cast<std::ptrdiff_t>(k) * sums.stride;
+    const double offset = theta_[k];
+    for (int j = 0; j < sums.stride; ++j) {
+      score_[j] -= g[j] * offset;
+      information_[j] -= w[j] * w[j];
+    }
+  }
+}
+
+/// What is past has faded, and is as old as it still counts for.
+void ChangeTest::look_at_drifts(const ChangeRing& ring) {
+  const double begin = ring.step(0).begin;
+  const double length = ring.step(ring.size() - 1).end - begin;
+  double samples = 0.0;
+  for (int s = 0; s < ring.size(); ++s) samples += ring.step(s).samples;
+  drift_.clear();
+  std::ranges::fill(information_, 0.0);
+  const auto add = [&](const ChangeSums& sums, double weight) {
+    drift_.add(sums, weight);
+    for (int i = 0; i < n_; ++i) information_[i] += weight * weight * sums.row(i)[i];
+  };
+  add(ring.past(), -ring.past().samples / samples);
+  for (int s = 0; s < ring.size(); ++s)
+    add(ring.step(s), (0.5 * (ring.step(s).begin + ring.step(s).end) - begin) / length);
+  score(drift_);
+  for (int i = 0; i < n_; ++i)
+    drift_statistics_[i] =
+        information_[i] > kLeastInformation ? score_[i] * score_[i] / information_[i] : 0.0;
+}
+
 void ChangeTest::look(const ChangeRing& ring, double earliest) {
   gather(ring);
+  look_at_drifts(ring);
   std::ranges::fill(findings_, Finding{});
   after_.clear();
   for (int s = ring.size() - 1; s >= 0; --s) {
     after_.add(ring.step(s));
-    solve_rows();
-    score_ = after_.b;
     for (int j = 0; j < after_.stride; ++j) information_[j] = j < n_ ? after_.row(j)[j] : 0.0;
-    for (int k = 0; k < n_; ++k) {
-      const double* g = after_.row(k);
-      const double* w = work_.data() + static_cast<std::ptrdiff_t>(k) * after_.stride;
-      const double offset = theta_[k];
-      for (int j = 0; j < after_.stride; ++j) {
-        score_[j] -= g[j] * offset;
-        information_[j] -= w[j] * w[j];
-      }
-    }
+    score(after_);
     for (int i = 0; i < n_; ++i) {
-      const double score = score_[i];
       const double information = information_[i];
-      // Less than a thousandth of a doubt's: rounding, or nothing that could be seen.
-      constexpr double kLeast = 1e-3;
       if (after_.end - after_.begin < kRecentS) recent_[i] = information;
-      if (!(information > kLeast) || ring.step(s).begin < earliest) continue;
-      const double statistic = score * score / information;
+      if (!(information > kLeastInformation) || ring.step(s).begin < earliest) continue;
+      const double statistic = score_[i] * score_[i] / information;
       if (statistic > findings_[i].statistic)
-        findings_[i] = {statistic, ring.step(s).begin, score / information,
+        findings_[i] = {statistic, ring.step(s).begin, score_[i] / information,
                         1.0 / std::sqrt(information), information / after_.row(i)[i]};
     }
   }

@@ -21,7 +21,8 @@ struct Finding {
 /// after the onset,
 ///     score_i = b_i - G_i theta,  information_i = G_ii - G_i A^-1 G_i',
 ///     statistic_i = score_i^2 / information_i,
-/// which is chi-square of one degree of freedom where nothing has changed.
+/// which is chi-square of one degree of freedom where nothing has changed. The same of a drift has
+/// sums in proportion to time.
 /// Source: M. Basseville, I. Nikiforov, "Detection of Abrupt Changes", 1993, ch. 7.
 class ChangeTest {
  public:
@@ -38,6 +39,8 @@ class ChangeTest {
   void look(const ChangeRing& ring, double earliest);
 
   const std::vector<Finding>& findings() const { return findings_; }
+  /// The statistic of an even drift of the i-th all the while, in place of a change at an onset.
+  double drift_statistic(int i) const { return drift_statistics_[static_cast<std::size_t>(i)]; }
   /// How far the condition is off the frozen one, in doubts, if nothing has changed; and its
   /// deviation.
   const std::vector<double>& offset() const { return theta_; }
@@ -62,7 +65,9 @@ class ChangeTest {
 
  private:
   void gather(const ChangeRing& ring);
-  void solve_rows();  // work_ = L^-1 G_after
+  void look_at_drifts(const ChangeRing& ring);
+  void solve_rows(const ChangeSums& sums);  // work_ = L^-1 G
+  void score(const ChangeSums& sums);       // what its score and information leave
 
   int n_ = 0;
   std::vector<Finding> findings_;
@@ -74,6 +79,8 @@ class ChangeTest {
   std::vector<double> recent_;
   std::vector<double> score_;
   std::vector<double> information_;
+  ChangeSums drift_;  // in proportion to time
+  std::vector<double> drift_statistics_;
 };
 
 }  // namespace armukf

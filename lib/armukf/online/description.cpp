@@ -55,8 +55,9 @@ void add(std::string& text, const ParameterBelief& belief) {
 }
 
 void add(std::string& text, const EstimatorSettings& settings) {
-  const auto& [filter, spread, propagation, noise, prior, gate, race, adaptation, belief] =
+  const auto& [filter, spread, propagation, noise, prior, gate, race, adaptation, belief, limits] =
       settings;
+  (void)limits;  // only what is said of trends depends on them
   line(text, "filter", filter);
   const auto& [alpha, beta, kappa] = spread;
   line(text, "[filter] alpha, beta, kappa:", alpha, beta, kappa);

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "armukf/core/constants.hpp"
 #include "armukf/core/segments.hpp"
 #include "armukf/core/square_matrix.hpp"
 #include "armukf/filter/adaptation.hpp"
@@ -115,6 +117,12 @@ struct ParameterBelief {
   }
 };
 
+/// What a value of the machine shall not leave while it wears.
+struct Limits {
+  double lower = -kInfinite;
+  double upper = kInfinite;
+};
+
 /// All that the user may choose of an estimate, beside the model.
 struct EstimatorSettings {
   std::string filter = "ukf";
@@ -126,6 +134,7 @@ struct EstimatorSettings {
   Race race;
   Adaptation adaptation;                  // of adaptive filters
   std::optional<ParameterBelief> belief;  // of yesterday, if there is one
+  std::map<std::string, Limits> limits;   // of what may change (see Changeable), for its trend
 };
 
 /// Whether a filter of this name learns the size of the noise, and which of filter/ it is then.

@@ -18,6 +18,8 @@
 #include "armukf/online/misfit_filter.hpp"
 #include "armukf/online/predictor_bank.hpp"
 #include "armukf/online/surge.hpp"
+#include "armukf/online/wear.hpp"
+#include "armukf/online/wear_test.hpp"
 
 namespace armukf {
 
@@ -39,7 +41,9 @@ AnyObserver observer_of(const Model& model, const Propagation& propagation) {
 }
 
 constexpr double kRunInS = 0.3;  // s, until the predictors have found the states
-constexpr double kProbe = 0.1;   // of its usual size, by which a predictor's machine is changed
+/// Of its usual size, by which a predictor's machine is changed; where a resonance is sharp, less.
+double probe_of(const Changeable& what) { return what.linear < 1.0 ? 0.02 : 0.1; }
+constexpr double kSoonBent = 0.15;  // of what bends predictions, which is so far no matter
 constexpr double kRefreezeS = 1.0;
 constexpr double kQuiet = 0.4;       // of the threshold
 constexpr double kJustBefore = 0.1;  // s, before an onset: what was believed there is good
@@ -59,8 +63,14 @@ struct Watch::State {
   PredictorNoise noise_of_incomplete_model() const;
   OutlierGate gate() const;
   bool has_moved(const PastBelief& from) const;
+  void expect_wear(Session& session);
   void look(Session& session);
+  bool is_beyond_drift(int i) const;
   bool has_surged();
+  void take_wear(Wear& to, const ChangeSums& sums) const;
+  void take_wear_of_ring(Wear& to) const;
+  Limits limits_of(const std::string& name) const;
+  std::vector<Trend> trends() const;
   void tell_unnamed(Session& session);
   void begin_trials(Session& session, int best);
   void go_on_trying(Session& session);
@@ -98,6 +108,7 @@ struct Watch::State {
   ForetellingLearner misfit;
   Alarm alarm;
   Surge surge;
+  Wear wear;
   // The clock.
   TorqueMemory torques;
   std::optional<double> last_t;  // s, samples'
@@ -115,6 +126,7 @@ struct Watch::State {
   bool told = false;
 
   BeliefHistory history;
+  PastBelief worn;
   std::vector<Event> events;
   std::uint64_t told_events = 0;
 };
@@ -143,6 +155,7 @@ void Watch::State::begin(const Session& session) {
   what = changeables(model, condition);
   alarm = Alarm(count());
   alarm.expect(watch.claim_s, session.noise().known);
+  wear = Wear(count());
   freeze(history.before(watched), false);
   filter = StepFilter(1 + count(), sample_s);
 }
@@ -166,7 +179,7 @@ void Watch::State::follow(const Sample& sample, const Estimate& estimate, double
         const bool out = gate().shuts_out(surprise.value, astray);
         if (out || watched < quiet_until) return;
         for (int i = 0; i < count(); ++i)
-          surprise.signature[i] = (surprise.value - o.bank.innovation(1 + i)) * (1.0 / kProbe);
+          surprise.signature[i] = (surprise.value - o.bank.innovation(1 + i)) / probe_of(what[i]);
         take_surprise();
       },
       observer);
@@ -209,14 +222,15 @@ void Watch::State::freeze(const PastBelief& from, bool knows_rest) {
   if (!knows_noise) noise = noise_of_incomplete_model();
   frozen_at = watched;
   refreeze_at = watched + kRefreezeS;
+  resize(what, model, condition);
   set_up_bank();
   alarm.begin(what, from.belief.covariance, knows_rest);
 }
 
 void Watch::State::set_up_bank() {
-  resize(what, model, condition);
   conditions.assign(1, condition);
-  for (const Changeable& w : what) conditions.push_back(altered(condition, w, kProbe * w.usual));
+  for (const Changeable& w : what)
+    conditions.push_back(altered(condition, w, probe_of(w) * w.usual));
   std::visit([&](auto& o) { o.bank.freeze(conditions, noise, sample_s); }, observer);
 }
 
@@ -229,42 +243,120 @@ PredictorNoise Watch::State::noise_of_incomplete_model() const {
           {settings.noise.sensor, 0.0}};
 }
 
-/// Whether these are parameters from which the frozen ones look bent.
+/// Whether these are parameters from which the frozen ones look bent: far off, or by more than
+/// chance where a resonance is sharp.
 bool Watch::State::has_moved(const PastBelief& from) const {
-  // Beside what a model lacks, bent predictions do not count.
-  return std::ranges::any_of(what, [&](const Changeable& w) {
-    if (!w.is_parameter()) return false;
-    const double by = from.values[w.parameter] - condition.parameters[w.parameter];
-    return std::abs(by) > (knows_noise ? w.linear : 1.0) * w.usual;
-  });
+  constexpr double kBeyondChance = 2.0;  // deviations
+  const SquareMatrix& P = from.belief.covariance;
+  // Of `what` the unknowns come first, in their order.
+  for (int i = 0; i < count() && what[i].is_parameter(); ++i) {
+    const Changeable& w = what[i];
+    const double by =
+        std::abs(from.values[w.parameter] - condition.parameters[w.parameter]) / w.usual;
+    // Beside what a model lacks, bent predictions do not count.
+    if (by > (knows_noise ? w.linear : 1.0)) return true;
+    if (!knows_noise || i >= P.size()) continue;
+    if (by > std::max(kSoonBent * w.linear, kBeyondChance * std::sqrt(P(i, i)) / w.usual))
+      return true;
+  }
+  return false;
+}
+
+/// The session takes the parameters for constant, and becomes ever surer of them: what it believed
+/// of them a moment ago counts a little less from now on, as of a machine that wears.
+void Watch::State::expect_wear(Session& session) {
+  // 1/s^1/2, of a usual size: a tenth of a value in ten minutes is then followed, half a percent
+  // behind.
+  constexpr double kWear = 5e-3;
+  session.remember(worn.values, worn.belief);
+  for (int i = 0; i < worn.belief.covariance.size(); ++i) {
+    const double sd = kWear * what[i].usual;
+    worn.belief.covariance(i, i) += kRefreezeS * sd * sd;
+  }
+  session.believe(worn.values, worn.belief, condition);
 }
 
 /// Every step of the alarm's ring.
 void Watch::State::look(Session& session) {
   if (!knows_noise) alarm.know_variance_by(misfit.freedom(), watch.threshold);
-  alarm.look(watch.memory_s, alarm_at < 0.0);
+  if (alarm.look(watch.memory_s, alarm_at < 0.0)) take_wear(wear, alarm.ring().left());
   std::visit([&](auto& o) { o.replay.remember(o.bank.belief()); }, observer);
   if (alarm_at >= 0.0) return go_on_trying(session);
   alarm.find_bend(model, what);
   const bool surged = has_surged();
   const int best = alarm.likeliest();
   const bool claims = watched >= watch.begin_s + watch.claim_s;
-  if (claims && alarm.likelihood(best) > watch.threshold) return begin_trials(session, best);
+  if (claims && alarm.likelihood(best) > watch.threshold && is_beyond_drift(best))
+    return begin_trials(session, best);
   if (claims && surged) tell_unnamed(session);
   history.take(session, watched);
   if (watched < refreeze_at) return;
   refreeze_at = watched + kRefreezeS;
+  const bool drifts = alarm.likelihood_of_drift() > kQuiet * watch.threshold;
+  if (drifts && knows_noise && watched > watch.trend_s) expect_wear(session);
   // What the session believed some time ago cannot be what an unseen change makes it believe.
   constexpr double kAgoS = 1.5;
   const PastBelief& ago = history.before(watched - kAgoS);
-  if (alarm.likelihood(best) < kQuiet * watch.threshold && has_moved(ago)) freeze(ago, true);
+  if (alarm.likelihood(best) > kQuiet * watch.threshold && is_beyond_drift(best)) return;
+  if (has_moved(ago)) {
+    take_wear_of_ring(wear);
+    return freeze(ago, true);
+  }
+}
+
+/// Takes sums that the condition was frozen for.
+void Watch::State::take_wear(Wear& to, const ChangeSums& sums) const {
+  if (sums.begin < watch.trend_s) return;
+  if (!to.has_begun()) to.begin(what, condition);
+  to.add(sums, what, condition);
+}
+
+/// All that the alarm still has in its ring, nothing having changed.
+void Watch::State::take_wear_of_ring(Wear& to) const {
+  for (int i = 0; i < alarm.ring().size(); ++i) take_wear(to, alarm.ring().step(i));
+}
+
+Limits Watch::State::limits_of(const std::string& name) const {
+  const auto at = settings.limits.find(name);
+  return at == settings.limits.end() ? Limits{} : at->second;
+}
+
+std::vector<Trend> Watch::State::trends() const {
+  if (!has_begun()) return {};
+  Wear until_now = wear;
+  if (alarm_at < 0.0) take_wear_of_ring(until_now);
+  if (!until_now.has_begun()) return {};
+  std::vector<WearPrior> priors;
+  for (int i = 0; i < count(); ++i) priors.push_back({what[i].doubt, alarm.spread(i)});
+  std::vector<Trend> all;
+  const auto found = found_wear(until_now, priors, watch.trend_threshold);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const FoundWear& f = found[i];
+    if (!(f.sd > 0.0)) continue;
+    const double unit = until_now.unit(static_cast<int>(i));
+    all.push_back({.what = what[i].name,
+                   .unit = what[i].unit,
+                   .value = until_now.reference(static_cast<int>(i)) + unit * f.offset,
+                   .rate = unit * f.rate,
+                   .sd = unit * f.sd,
+                   .since = on_clock(f.since),
+                   .drifts = f.drifts,
+                   .limits = limits_of(what[i].name)});
+  }
+  return all;
+}
+
+/// Whether a change explains what an even drift does not.
+bool Watch::State::is_beyond_drift(int i) const {
+  constexpr double kBeyondDrift = 9.0;  // three deviations, squared
+  return alarm.likelihood(i) > alarm.likelihood_of_drift() + kBeyondDrift;
 }
 
 /// Whether the innovations have grown. A model that lacks something anyway has no usual size of
 /// them.
 bool Watch::State::has_surged() {
   const ChangeSums& last = alarm.last();
-  surge.add(last.power / last.samples, last.end - last.begin, watch.memory_s);
+  surge.add(alarm.rest_of_power(), last.end - last.begin, watch.memory_s);
   return knows_noise && surge.lately() > watch.surge * surge.usual();
 }
 
@@ -392,8 +484,9 @@ void Watch::State::tell(Session& session, const TriedChanges& tried, int best) {
     ++told_events;
     return;
   }
-  condition = now;
   history.fill(accepted);
+  if (wear.has_begun()) wear.jump(what, best, found.trial.onset, before, now);
+  condition = now;
   freeze(accepted, false);
   if (!knows_noise) alarm.know_nothing_of(best);
   running = false;  // the states were those of a machine that is no more
@@ -416,11 +509,12 @@ void Watch::State::archive(Archive& archive) {
     if (!(sample_s > 0.0)) throw InputError("has no sample time");
     what = changeables(model, condition);
     alarm = Alarm(count());
+    wear = Wear(count());
     set_up_bank();
     history.fill(Session(model, settings), 0.0);
     filter = StepFilter(1 + count(), sample_s);
   }
-  archive(power, filter, misfit, alarm, surge, quiet_until, astray, running, before, alarm_at,
+  archive(power, filter, misfit, alarm, surge, wear, quiet_until, astray, running, before, alarm_at,
           alarm_onset, passes, told, history);
   std::visit(
       [&](auto& o) {
@@ -450,6 +544,8 @@ std::vector<std::string> Watch::unseen() const {
     if (!state_->alarm.sees(i, state_->watch.threshold)) names.push_back(state_->what[i].name);
   return names;
 }
+
+std::vector<Trend> Watch::trends() const { return state_->trends(); }
 
 Watch Watch::anew() const { return Watch(state_->model, state_->settings, state_->watch); }
 

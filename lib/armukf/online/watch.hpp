@@ -10,6 +10,7 @@
 #include "armukf/model/model.hpp"
 #include "armukf/online/session.hpp"
 #include "armukf/online/settings.hpp"
+#include "armukf/online/trend.hpp"
 
 namespace armukf {
 
@@ -28,6 +29,11 @@ struct WatchSettings {
   /// without a name is claimed; of white ones it has a deviation of 0.04.
   double surge = 1.8;
   double memory_s = 10.0;  // s, of what held before: what drifts slower than that is no event
+  double trend_s = 10.0;   // s, watched, from which on drifts count: before, parameters settle
+  /// Twice the log of a likelihood ratio beyond which something is said to drift. With twenty names
+  /// and some ten spans of time that are worth telling apart, 25 is passed by chance once in ten
+  /// thousand records.
+  double trend_threshold = 25.0;
 };
 
 /// What has changed.
@@ -56,7 +62,7 @@ struct Event {
 /// Where the noise could not be learnt the model lacks something: what that leaves is made white by
 /// what the last seconds foretell of it (ForetellingLearner), and a change has the name and the
 /// size that the alarm finds. Memory and time per sample are constant, apart from the second after
-/// a change, in which the last samples are gone over again; only an event allocates.
+/// a change, in which the last samples are gone over again; only events and drifts allocate.
 class Watch {
  public:
   Watch(const Model& model, const EstimatorSettings& settings, const WatchSettings& watch = {});
@@ -70,6 +76,10 @@ class Watch {
   /// Of what a change of usual size would not have shown in the last seconds: there was too little
   /// motion, or too much noise.
   std::vector<std::string> unseen() const;
+
+  /// How everything moves that was seen, in order of the list of what may change; none before it
+  /// has watched for some seconds.
+  std::vector<Trend> trends() const;
 
   /// How many changes were said, the second lines not counted.
   std::size_t count() const;

@@ -85,8 +85,59 @@ nlohmann::ordered_json noise_json(const LearntNoise& noise) {
           {"sensor_pole", noise.sensor_pole}};
 }
 
+constexpr double kHour = 3600.0;  // s
+
+/// null where there is none.
+nlohmann::ordered_json limit_json(double limit) {
+  return std::isfinite(limit) ? nlohmann::ordered_json(limit) : nlohmann::ordered_json();
+}
+
+nlohmann::ordered_json limits_json(const Trend& trend) {
+  nlohmann::ordered_json json{{"lower", limit_json(trend.limits.lower)},
+                              {"upper", limit_json(trend.limits.upper)},
+                              {"beyond", trend.is_beyond_limits()},
+                              {"reached_in_h", nullptr},
+                              {"reached_in_h_sd", nullptr}};
+  if (const auto time = time_to_limit(trend)) {
+    json["reached_in_h"] = time->after / kHour;
+    json["reached_in_h_sd"] = time->sd / kHour;
+  }
+  return json;
+}
+
+nlohmann::ordered_json trends_json(const std::vector<Trend>& trends) {
+  auto json = nlohmann::ordered_json::object();
+  for (const Trend& t : trends) {
+    json[t.what] = {{"drifts", t.drifts},       {"rate_per_h", t.rate * kHour},
+                    {"sd_per_h", t.sd * kHour}, {"since", t.since},
+                    {"value", t.value},         {"unit", t.unit}};
+    if (t.has_limits()) json[t.what]["limits"] = limits_json(t);
+  }
+  return json;
+}
+
+/// A trend for a person: what drifts, and what has a limit.
+std::string trend_text(const Trend& t) {
+  std::string text;
+  if (t.drifts)
+    text = fmt::format("drifts by {:.3g} ± {:.2g} {} an hour since {:.0f} s, is {:.4g}",
+                       t.rate * kHour, t.sd * kHour, t.unit, t.since, t.value);
+  if (t.is_beyond_limits()) {
+    text += fmt::format("{}beyond its limits, {} to {}", text.empty() ? "is " : ", ",
+                        t.limits.lower, t.limits.upper);
+  } else if (const auto time = time_to_limit(t)) {
+    text +=
+        fmt::format(", at its limit in {:.3g} ± {:.2g} h", time->after / kHour, time->sd / kHour);
+  } else if (t.has_limits() && !t.drifts) {
+    text = fmt::format("does not drift: {:.2g} ± {:.2g} {} an hour", t.rate * kHour, t.sd * kHour,
+                       t.unit);
+  }
+  return text.empty() ? text : fmt::format("  {:<20} {}\n", t.what, text);
+}
+
 std::string watch_text(const WatchSummary& watch) {
   std::string text = fmt::format("  changes of the machine: {}\n", watch.events);
+  for (const Trend& trend : watch.trends) text += trend_text(trend);
   if (watch.unseen.empty()) return text;
   return text + fmt::format("  too little motion, at the end, to see a usual change of: {}\n",
                             fmt::join(watch.unseen, ", "));
@@ -96,7 +147,7 @@ std::string watch_text(const WatchSummary& watch) {
 
 std::optional<WatchSummary> summary_of(const Watch* watch) {
   if (watch == nullptr) return std::nullopt;
-  return WatchSummary{watch->count(), watch->unseen()};
+  return WatchSummary{watch->count(), watch->unseen(), watch->trends()};
 }
 
 std::vector<std::string> augmented_names(const Model& model) {
@@ -171,6 +222,7 @@ nlohmann::ordered_json estimate_json(const EstimateSummary& s) {
   if (s.watch) {
     json["events"] = s.watch->events;
     json["unseen"] = s.watch->unseen;
+    json["trends"] = trends_json(s.watch->trends);
   }
   json["filter"] = e.filter;
   json["innovation"] = innovation_json(e.tally.innovations());

@@ -22,6 +22,7 @@ namespace armukf {
 struct WatchSummary {
   std::size_t events = 0;           // changes of the machine
   std::vector<std::string> unseen;  // of what none would have shown at the end
+  std::vector<Trend> trends;
 };
 std::optional<WatchSummary> summary_of(const Watch* watch);
 

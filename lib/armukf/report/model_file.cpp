@@ -12,6 +12,7 @@
 
 #include "armukf/core/error.hpp"
 #include "armukf/io/byte_source.hpp"
+#include "armukf/online/condition.hpp"
 #include "armukf/report/settings_fields.hpp"
 #include "armukf/report/toml_entry.hpp"
 
@@ -154,6 +155,21 @@ double read_pole(const TomlEntry& entry) {
   return pole;
 }
 
+std::map<std::string, Limits> read_limits(const Model& model, const TomlEntry& entry) {
+  std::vector<std::string> names;  // also of what is known here, and may be free elsewhere
+  for (const Parameter& p : model.parameters) names.push_back(p.name);
+  for (const Changeable& what : changeables(published_arm(), {})) names.push_back(what.name);
+  std::map<std::string, Limits> all;
+  for (const TomlEntry& field : entry.fields({names.begin(), names.end()})) {
+    Limits& limits = all[field.name()];
+    for (const TomlEntry& side : field.fields({"lower", "upper"}))
+      (side.name() == "lower" ? limits.lower : limits.upper) = side.number();
+    if (!(limits.lower < limits.upper))
+      field.fail(fmt::format("lower, {}, must be below upper, {}", limits.lower, limits.upper));
+  }
+  return all;
+}
+
 ParameterBelief read_belief(const TomlEntry& entry) {
   ParameterBelief belief;
   const std::vector<TomlEntry> fields = entry.fields(
@@ -183,7 +199,7 @@ ParameterBelief read_belief(const TomlEntry& entry) {
 
 ModelFile parse_model_file(const std::string& text, const std::string& name, ModelFile before) {
   const toml::table root = parse(text, name);
-  std::vector<std::string_view> known{"belief", "effects", "parameters"};
+  std::vector<std::string_view> known{"belief", "effects", "limits", "parameters"};
   known.insert(known.end(), kSettingsSections.begin(), kSettingsSections.end());
   ModelFile content = std::move(before);
   // In alphabetical order: the effects come before the parameters that they bring.
@@ -194,6 +210,8 @@ ModelFile parse_model_file(const std::string& text, const std::string& name, Mod
       content.settings.belief = read_belief(entry);
     } else if (entry.name() == "parameters") {
       read_parameters(content.model, entry);
+    } else if (entry.name() == "limits") {
+      content.settings.limits = read_limits(content.model, entry);
     } else {
       read_section(content, entry);
     }

@@ -22,7 +22,8 @@ ModelFile to_begin_with(Model model, EstimatorSettings settings);
 
 /// The TOML file at `path` ("-" is standard input), over the built-in defaults: what it leaves out
 /// keeps its default. A parameter has `value`, `known`, `lower`, `upper`, `scale` and `spread`; the
-/// tables [filter], [propagation], [noise], [prior], [gate] and [race] mirror EstimatorSettings.
+/// tables [filter], [propagation], [noise], [prior], [gate] and [race] mirror EstimatorSettings;
+/// [limits] has `lower` and `upper` of whatever may change.
 /// Throws InputError, `FILE:LINE: KEY: what is wrong`.
 ModelFile read_model_file(const std::string& path);
 

@@ -91,6 +91,16 @@ std::string text_of(const ParameterBelief& belief) {
                     text_of(noise.sensor_pole), text_of(noise.sample_s));
 }
 
+std::string text_of(const std::map<std::string, Limits>& all) {
+  std::string text =
+      "\n# What a value shall not leave: `estimate --watch` foretells when its drift does.\n"
+      "[limits]\n";
+  for (const auto& [name, limits] : all)
+    text += fmt::format("{} = {{ lower = {}, upper = {} }}\n", name, text_of(limits.lower),
+                        text_of(limits.upper));
+  return text;
+}
+
 }  // namespace
 
 std::string model_file_text(const ModelFile& content) {
@@ -110,6 +120,7 @@ std::string model_file_text(const ModelFile& content) {
     if (field.section != section) text += fmt::format("\n[{}]\n", section = field.section);
     text += fmt::format("{} = {}  # {}\n", field.key, text_of(value), field.comment);
   });
+  if (!content.settings.limits.empty()) text += text_of(content.settings.limits);
   if (content.settings.belief) text += text_of(*content.settings.belief);
   return text;
 }

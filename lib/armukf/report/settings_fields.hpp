@@ -66,8 +66,10 @@ concept SettingsTable =
 template <MaybeConst<EstimatorSettings> S, class Visit>
 void for_each_setting(S& settings, Visit visit) {
   using enum Range;
-  auto& [filter, spread, propagation, noise, prior, gate, race, adaptation, belief] = settings;
-  (void)belief;  // a table of its own, read and written beside the settings
+  auto& [filter, spread, propagation, noise, prior, gate, race, adaptation, belief, limits] =
+      settings;
+  (void)belief;  // tables of their own, read and written beside the settings
+  (void)limits;
 
   auto& [alpha, beta, kappa] = spread;
   visit({"filter", "kind", "ukf, ekf, srukf, ckf, iekf, adaptive or adaptive_ekf ..."}, filter);

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "armukf/online/wear.hpp"
+
+namespace armukf {
+
+/// How one change wears, in the units of Wear.
+struct FoundWear {
+  double offset = 0.0;  // at the end of the last block
+  double rate = 0.0;    // per s
+  double sd = 0.0;      // of it; 0 where nothing is known
+  double since = 0.0;   // s
+  bool drifts = false;
+};
+
+/// What is known of a change before any sample, and how far its score can be believed.
+struct WearPrior {
+  double sd = 1.0;      // of its offset, in units of Wear
+  double spread = 1.0;  // variance of its score over that of white innovations
+};
+
+/// The straight lines that the blocks tell of: weighted regression of all offsets, in which the
+/// likeliest ramp from some block on is set free, then the next one, as long as twice the log of
+/// its likelihood ratio is above the threshold. Steps compete with ramps, and so what has jumped is
+/// no wear. Deviations grow by how much more than white innovations' the blocks' scores vary.
+std::vector<FoundWear> found_wear(const Wear& wear, std::span<const WearPrior> priors,
+                                  double threshold);
+
+}  // namespace armukf
