@@ -33,7 +33,7 @@ struct ExperimentSettings {
   double sensor_pole = 0.0;         // of that noise, per sample; 0: white
   double torque_disturbance = 0.0;  // N.m, sd of a torque at the motor, held for a sample
   double torque_pole = 0.0;         // of that torque, per sample; 0: white
-  std::vector<Drift> drifts;
+  std::vector<Drift> drifts{};
   SpeedController controller{};
   ReferenceShape reference{};
 };
