@@ -11,26 +11,25 @@ namespace {
 
 using Number = Dual<kDirectionsAtOnce>;
 
-/// Fills y and the gradient's columns from `first` on, at most N of them.
-template <int N>
+/// Fills y and the gradient's columns from `first` on, at most kDirectionsAtOnce of them.
 void differentiate(const Model& model, const std::vector<double>& x0,
                    const std::vector<Sample>& samples, const Propagation& propagation,
                    const Directions& directions, const Gains& gains, int first,
                    Sensitivities& result) {
   const std::vector<double> values = model.values();
-  std::vector<Dual<N>> p(values.begin(), values.end());
-  std::vector<Dual<N>> x(x0.begin(), x0.end());
+  std::vector<Number> p(values.begin(), values.end());
+  std::vector<Number> x(x0.begin(), x0.end());
   const int parameters = static_cast<int>(directions.parameters.size());
-  const int count = std::min(N, directions.size() - first);
+  const int count = std::min(kDirectionsAtOnce, directions.size() - first);
   for (int j = 0; j < count; ++j) {
     const int direction = first + j;
-    Dual<N>& seed = direction < parameters ? p[directions.parameters[direction]]
-                                           : x[directions.initial_states[direction - parameters]];
+    Number& seed = direction < parameters ? p[directions.parameters[direction]]
+                                          : x[directions.initial_states[direction - parameters]];
     seed.gradient[j] = 1.0;
   }
   const std::size_t visited = visit_states(
-      model, p, x, samples, propagation, recorded_input<Dual<N>>(samples),
-      [&](std::size_t k, const auto& states, const Dual<N>& y) {
+      model, p, x, samples, propagation, recorded_input<Number>(samples),
+      [&](std::size_t k, const auto& states, const Number& y) {
         result.y[k] = y.value;
         if (count > 0)
           std::copy_n(y.gradient.begin(), count, &result.gradient(static_cast<int>(k), first));
@@ -50,12 +49,8 @@ Sensitivities sensitivities(const Model& model, const std::vector<double>& x0,
                             const Directions& directions, const Gains& gains) {
   Sensitivities result{std::vector<double>(samples.size()),
                        JacobianMatrix(samples.size(), directions.size()), 0.0};
-  int first = 0;
-  for (; directions.size() - first > kPackWidth; first += kDirectionsAtOnce)
-    differentiate<kDirectionsAtOnce>(model, x0, samples, propagation, directions, gains, first,
-                                     result);
-  if (first == 0 || first < directions.size())
-    differentiate<kPackWidth>(model, x0, samples, propagation, directions, gains, first, result);
+  for (int first = 0; first == 0 || first < directions.size(); first += kDirectionsAtOnce)
+    differentiate(model, x0, samples, propagation, directions, gains, first, result);
   return result;
 }
 
