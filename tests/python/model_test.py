@@ -99,7 +99,7 @@ class Files(InFolder):
         path = self.folder / "model.toml"
         path.write_text("[noise]\nsensor = -1\n")
         self.refused(f"{path}:2: noise.sensor: must be above 0, not -1", armukf.Model, path)
-        self.refused("mine:1: nois: unknown key; known are: belief, effects, parameters, filter, propagation, "
+        self.refused("mine:1: nois: unknown key; known are: belief, effects, limits, parameters, filter, propagation, "
                      "noise, prior, gate, race, adaptation", armukf.Model.from_text, "[nois]", "mine")
         self.refused("/nowhere.toml: cannot open: No such file or directory", armukf.Model, "/nowhere.toml")
 
