@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -50,6 +51,17 @@ TEST_F(MeasuredWatch, FindsACommandThatIsRecordedLate) {
   const auto found = events([&](std::size_t k) { samples_[k].u = samples_[k - kDelay].u; });
   ASSERT_FALSE(found.empty());
   EXPECT_EQ(found[0]["what"], "input_delay");
+  EXPECT_GT(found[0]["t"], kOnset);
+  EXPECT_LT(found[0]["t"], kOnset + 1.5);
+}
+
+/// A torque that is scaled is nearly a speed that is scaled the other way: one of them is named.
+TEST_F(MeasuredWatch, FindsACommandThatIsRecordedTooSmall) {
+  const auto found = events([&](std::size_t k) { samples_[k].u *= 0.9; });
+  ASSERT_FALSE(found.empty());
+  std::vector<std::string> possible = found[0]["also_possible"];
+  possible.push_back(found[0]["what"]);
+  EXPECT_NE(std::ranges::find(possible, "torque_gain"), possible.end());
   EXPECT_GT(found[0]["t"], kOnset);
   EXPECT_LT(found[0]["t"], kOnset + 1.5);
 }

@@ -256,13 +256,34 @@ TEST(ChangeTest, HasTheStatisticOfWhiteInnovations) {
       }
       ring.close();
     }
-    test.look(ring, 0.0);
+    test.look(ring, 0.0, 10.0);
     sum += test.findings()[0].statistic;
   }
   // The larger of two onsets, of which the earlier one is all there is and says little: between one
   // and two degrees of freedom; the mean of 300 has a deviation of 0.1.
   EXPECT_GT(sum / kTrials, 0.6);
   EXPECT_LT(sum / kTrials, 2.0);
+}
+
+/// A drift that starts at 0 and the step that comes half a second after it are nearly alike; the
+/// step of one usual size is taken for one, since no such drift is expected.
+TEST(ChangeTest, TakesWhatComesAtOnceForNoDrift) {
+  const std::vector<Changeable> what(1, {nullptr, 0, "", "", 1.0, 1.0, 1.0});
+  ChangeRing ring(1);
+  ChangeTest test(1);
+  test.believe(what);
+  constexpr double kOnset = 0.5;  // s
+  for (int n = 0; n * kDt < 1.0; ++n) {
+    Surprise surprise{.value = n * kDt > kOnset ? 0.3 : 0.0};
+    surprise.signature[0] = 0.3;
+    ring.add(surprise, n * kDt);
+    if (ring.full()) ring.close();
+  }
+  constexpr double kAny = 1e-3;  // s, for a usual size: as good as no prior
+  test.look(ring, 0.0, kAny);
+  EXPECT_GT(test.drift_statistic(0), 0.5 * test.findings()[0].statistic);
+  test.look(ring, 0.0, 10.0);
+  EXPECT_LT(test.drift_statistic(0), 0.3 * test.findings()[0].statistic);
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ bool Alarm::look(double memory_s, bool learns) {
     ring_.take_left(1.0 - (ring_.left().end - ring_.left().begin) / memory_s);
   }
   if (learns) earliest_ = earliest();
-  test_.look(ring_, earliest_);
+  test_.look(ring_, earliest_, memory_s);
   return has_left;
 }
 

@@ -50,7 +50,8 @@ class Alarm {
   void interrupt() { ring_.interrupt(); }
   /// Whether a step of the ring is full, to look at.
   bool full() const { return ring_.full(); }
-  /// Looks at it. What is older than some `memory_s` counts ever less; `learns`: nothing seems to
+  /// Looks at it. What is older than some `memory_s` counts ever less, and what takes less to move
+  /// by its usual size hardly drifts; `learns`: nothing seems to
   /// have changed, so that what is past tells of the spread. True where something has left the ring
   /// for the past.
   bool look(double memory_s, bool learns);

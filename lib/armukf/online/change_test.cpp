@@ -95,8 +95,9 @@ void ChangeTest::score(const ChangeSums& sums) {
   }
 }
 
-/// What is past has faded, and is as old as it still counts for.
-void ChangeTest::look_at_drifts(const ChangeRing& ring) {
+/// What is past has faded, and is as old as it still counts for. Without a prior of the rate, a
+/// change soon after the begin would be a drift as well: of a few seconds both are the same.
+void ChangeTest::look_at_drifts(const ChangeRing& ring, double drift_s) {
   const double begin = ring.step(0).begin;
   const double length = ring.step(ring.size() - 1).end - begin;
   double samples = 0.0;
@@ -111,14 +112,16 @@ void ChangeTest::look_at_drifts(const ChangeRing& ring) {
   for (int s = 0; s < ring.size(); ++s)
     add(ring.step(s), (0.5 * (ring.step(s).begin + ring.step(s).end) - begin) / length);
   score(drift_);
+  const double prior = drift_s * drift_s / (length * length);  // information
   for (int i = 0; i < n_; ++i)
-    drift_statistics_[i] =
-        information_[i] > kLeastInformation ? score_[i] * score_[i] / information_[i] : 0.0;
+    drift_statistics_[i] = information_[i] > kLeastInformation
+                               ? score_[i] * score_[i] / (information_[i] + prior)
+                               : 0.0;
 }
 
-void ChangeTest::look(const ChangeRing& ring, double earliest) {
+void ChangeTest::look(const ChangeRing& ring, double earliest, double drift_s) {
   gather(ring);
-  look_at_drifts(ring);
+  look_at_drifts(ring, drift_s);
   std::ranges::fill(findings_, Finding{});
   after_.clear();
   for (int s = ring.size() - 1; s >= 0; --s) {

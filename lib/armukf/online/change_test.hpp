@@ -22,8 +22,8 @@ struct Finding {
 ///     score_i = b_i - G_i theta,  information_i = G_ii - G_i A^-1 G_i',
 ///     statistic_i = score_i^2 / information_i,
 /// which is chi-square of one degree of freedom where nothing has changed. The same of a drift has
-/// sums in proportion to time.
-/// Source: M. Basseville, I. Nikiforov, "Detection of Abrupt Changes", 1993, ch. 7.
+/// sums in proportion to time, and a prior: what moves by its usual size within seconds has
+/// changed. Source: M. Basseville, I. Nikiforov, "Detection of Abrupt Changes", 1993, ch. 7.
 class ChangeTest {
  public:
   explicit ChangeTest(int n = 0);
@@ -35,8 +35,9 @@ class ChangeTest {
   void know_nothing_of(int i) { precision_[i] = 0.01; }
 
   /// Looks at the ring anew. No onset before `earliest` (s) is tried: what began so early has no
-  /// before that it could differ from.
-  void look(const ChangeRing& ring, double earliest);
+  /// before that it could differ from. A drift by the usual size takes `drift_s` (s), one
+  /// deviation.
+  void look(const ChangeRing& ring, double earliest, double drift_s);
 
   const std::vector<Finding>& findings() const { return findings_; }
   /// The statistic of an even drift of the i-th all the while, in place of a change at an onset.
@@ -65,7 +66,7 @@ class ChangeTest {
 
  private:
   void gather(const ChangeRing& ring);
-  void look_at_drifts(const ChangeRing& ring);
+  void look_at_drifts(const ChangeRing& ring, double drift_s);
   void solve_rows(const ChangeSums& sums);  // work_ = L^-1 G
   void score(const ChangeSums& sums);       // what its score and information leave
 

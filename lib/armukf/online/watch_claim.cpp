@@ -1,0 +1,164 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <variant>
+
+#include "armukf/online/watch_state.hpp"
+
+namespace armukf {
+
+/// Whether a change explains what an even drift does not.
+bool Watch::State::is_beyond_drift(int i) const {
+  constexpr double kBeyondDrift = 9.0;  // three deviations, squared
+  return alarm.likelihood(i) > alarm.likelihood_of_drift() + kBeyondDrift;
+}
+
+/// Whether the innovations have grown. A model that lacks something anyway has no usual size of
+/// them.
+bool Watch::State::has_surged() {
+  const ChangeSums& last = alarm.last();
+  surge.add(alarm.rest_of_power(), last.end - last.begin, watch.memory_s);
+  return knows_noise && surge.lately() > watch.surge * surge.usual();
+}
+
+/// No change of the list is the reason. The session keeps what it believed before.
+void Watch::State::tell_unnamed(Session& session) {
+  constexpr double kBeforeS = 1.0;  // s, in which a growth that is seen has begun
+  const PastBelief& past = history.before(watched - kBeforeS);
+  session.believe(past.values, past.belief, condition);
+  events.push_back({.t = *last_t,
+                    .onset = on_clock(watched - 0.5 * kBeforeS),
+                    .what = "unnamed",
+                    .from = surge.usual(),
+                    .to = surge.lately(),
+                    .sd = surge.lately() * std::sqrt(2.0 * sample_s / kBeforeS),
+                    .p = 1.0,
+                    .also_possible = {},
+                    .settled = false});
+  ++told_events;
+  surge.accept_latest();
+}
+
+/// Something has changed: what, is found by trying.
+void Watch::State::begin_trials(Session& session, int best) {
+  alarm_at = watched;
+  alarm_onset = alarm.finding(best).onset;
+  passes = 0;
+  before = condition;
+  std::ranges::copy(history.before(alarm_onset - kJustBefore).values, before.parameters.begin());
+  if (!knows_noise) return go_on_trying(session);
+  std::array<double, kMostChangeables> amounts{};
+  for (int i = 0; i < count(); ++i) amounts[i] = std::clamp(alarm.finding(i).amount, -1.0, 1.0);
+  std::visit([&](auto& o) { o.replay.begin(alarm_onset, std::span(amounts).first(what.size())); },
+             observer);
+}
+
+/// What was tried, as far as it went. Where the model lacks something, what the alarm has found is
+/// all there is: predictors of that size would lack as much.
+TriedChanges Watch::State::tried() const {
+  TriedChanges all;
+  all.begin(alarm.power_before(alarm_onset));
+  if (!knows_noise) {
+    for (int i = 0; i < count(); ++i) all.add(as_tried(i));
+    return all;
+  }
+  const auto& trials = std::visit(
+      [](const auto& o) -> const std::vector<Hypothesis>& { return o.replay.trials(); }, observer);
+  for (int i = 0; i < count(); ++i)
+    all.add({trials[i], alarm.spread(i), alarm.finding(i).known, what[i].log_prior});
+  return all;
+}
+
+/// The alarm's own finding of the i-th change.
+TriedChange Watch::State::as_tried(int i) const {
+  const Finding& found = alarm.finding(i);
+  const double information = found.sd > 0.0 ? 1.0 / (found.sd * found.sd) : 0.0;
+  return {{.amount = found.amount,
+           .onset = found.onset,
+           .statistic = found.statistic,
+           .information = information},
+          alarm.spread(i),
+          1.0,
+          what[i].log_prior};
+}
+
+/// Goes over the last samples once more. An alarm that they do not bear out is none.
+void Watch::State::go_on_trying(Session& session) {
+  constexpr int kPassesAtOnce = 6;  // as long as there are few samples
+  constexpr int kFewestPasses = 18;
+  if (knows_noise) {
+    for (int i = 0; i < (told ? 1 : kPassesAtOnce); ++i, ++passes)
+      std::visit([&](auto& o) { o.replay.pass(before, what, noise, sample_s, gate()); }, observer);
+    if (passes < kFewestPasses) return;
+  }
+  const TriedChanges all = tried();
+  const int best = all.best();
+  if (told) {
+    if (watched >= all[best].trial.onset + watch.settled_s) tell(session, all, best);
+    return;
+  }
+  const bool late = !knows_noise || watched - alarm_at >= watch.name_s;
+  const bool clear = all.probability(best) >= watch.clear && all.have_settled(best);
+  if (all[best].statistic() > watch.threshold && (late || clear)) return tell(session, all, best);
+  if (late) calm();
+}
+
+/// Of an unknown before it changed: what it hangs together with is as uncertain as it was, and so
+/// is what it has become.
+double Watch::State::deviation_before(int i, double onset) const {
+  const ParameterBelief& belief = history.before(onset - kJustBefore).belief;
+  const auto at = std::ranges::find(belief.names, what[i].name);
+  if (at == belief.names.end()) return 0.0;
+  const int k = static_cast<int>(at - belief.names.begin());
+  return std::sqrt(belief.covariance(k, k));
+}
+
+/// The name that fits best, and what else would.
+Event Watch::State::event_of(const TriedChanges& tried, int best, bool settled) const {
+  const TriedChange& change = tried[best];
+  const double sd = std::sqrt(tried.doubt(best)) * change.sd() * what[best].usual;
+  Event event{.t = *last_t,
+              .onset = on_clock(change.trial.onset),
+              .what = what[best].name,
+              .from = value_of(before, what[best]),
+              .to = value_of(before, what[best]) + change.trial.amount * what[best].usual,
+              .sd = std::hypot(sd, deviation_before(best, change.trial.onset)),
+              .p = tried.probability(best),
+              .also_possible = {},
+              .settled = settled};
+  for (const int i : tried.rivals(best)) event.also_possible.push_back(what[i].name);
+  return event;
+}
+
+/// The session believes what it did before the onset, but for what has changed. The second time
+/// that is what holds from now on.
+void Watch::State::tell(Session& session, const TriedChanges& tried, int best) {
+  constexpr double kCaution = 2.0;  // times the deviation
+  events.push_back(event_of(tried, best, told));
+  const TriedChange& found = tried[best];
+  const Condition now = altered(before, what[best], found.trial.amount * what[best].usual);
+  PastBelief accepted = history.before(found.trial.onset - kJustBefore);
+  accepted.t = watched;
+  change(accepted, what[best], now, kCaution * found.sd() * what[best].usual);
+  session.believe(accepted.values, accepted.belief, now);
+  if (!std::exchange(told, true)) {
+    ++told_events;
+    return;
+  }
+  history.fill(accepted);
+  if (wear.has_begun()) wear.jump(what, best, found.trial.onset, before, now);
+  condition = now;
+  freeze(accepted, false);
+  if (!knows_noise) alarm.know_nothing_of(best);
+  running = false;  // the states were those of a machine that is no more
+  calm();
+}
+
+void Watch::State::calm() {
+  alarm_at = -1.0;
+  told = false;
+  surge.forget_latest();
+}
+
+}  // namespace armukf

@@ -1,0 +1,62 @@
+#include <algorithm>
+#include <cmath>
+
+#include "armukf/online/watch_state.hpp"
+
+namespace armukf {
+namespace {
+
+constexpr double kSoonBent = 0.15;  // of what bends predictions, which is so far no matter
+
+}  // namespace
+
+/// Begins to watch anew: the session's parameters, and how well they are known, are what holds;
+/// knows_rest: of all else what was known before.
+void Watch::State::freeze(const PastBelief& from, bool knows_rest) {
+  std::ranges::copy(from.values, condition.parameters.begin());
+  const LearntNoise& learnt = from.belief.noise;
+  sample_s = learnt.sample_s > 0.0 ? learnt.sample_s : 5e-4;
+  noise = {{learnt.torque_sd, learnt.torque_pole}, {learnt.sensor_sd, learnt.sensor_pole}};
+  knows_noise = learnt.known;
+  if (!knows_noise) noise = noise_of_incomplete_model();
+  frozen_at = watched;
+  refreeze_at = watched + kRefreezeS;
+  resize(what, model, condition);
+  set_up_bank();
+  alarm.begin(what, from.belief.covariance, knows_rest);
+}
+
+/// Whether these are parameters from which the frozen ones look bent: far off, or by more than
+/// chance where a resonance is sharp.
+bool Watch::State::has_moved(const PastBelief& from) const {
+  constexpr double kBeyondChance = 2.0;  // deviations
+  const SquareMatrix& P = from.belief.covariance;
+  // Of `what` the unknowns come first, in their order.
+  for (int i = 0; i < count() && what[i].is_parameter(); ++i) {
+    const Changeable& w = what[i];
+    const double by =
+        std::abs(from.values[w.parameter] - condition.parameters[w.parameter]) / w.usual;
+    // Beside what a model lacks, bent predictions do not count.
+    if (by > (knows_noise ? w.linear : 1.0)) return true;
+    if (!knows_noise || i >= P.size()) continue;
+    if (by > std::max(kSoonBent * w.linear, kBeyondChance * std::sqrt(P(i, i)) / w.usual))
+      return true;
+  }
+  return false;
+}
+
+/// The session takes the parameters for constant, and becomes ever surer of them: what it believed
+/// of them a moment ago counts a little less from now on, as of a machine that wears.
+void Watch::State::expect_wear(Session& session) {
+  // 1/s^1/2, of a usual size: a tenth of a value in ten minutes is then followed, half a percent
+  // behind.
+  constexpr double kWear = 5e-3;
+  session.remember(worn.values, worn.belief);
+  for (int i = 0; i < worn.belief.covariance.size(); ++i) {
+    const double sd = kWear * what[i].usual;
+    worn.belief.covariance(i, i) += kRefreezeS * sd * sd;
+  }
+  session.believe(worn.values, worn.belief, condition);
+}
+
+}  // namespace armukf

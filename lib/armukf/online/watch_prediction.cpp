@@ -1,0 +1,90 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <variant>
+
+#include "armukf/online/watch_state.hpp"
+
+namespace armukf {
+namespace {
+
+constexpr double kRunInS = 0.3;  // s, until the predictors have found the states
+/// Of its usual size, by which a predictor's machine is changed; where a resonance is sharp, less.
+double probe_of(const Changeable& what) { return what.linear < 1.0 ? 0.02 : 0.1; }
+
+}  // namespace
+
+AnyObserver observer_of(const Model& model, const Propagation& propagation) {
+  if (model.states.size() == kArmStates) return Observer<kArmStates>(model, propagation);
+  return Observer<kMaxStates>(model, propagation);
+}
+
+/// Takes the predictors on to the sample, and what they say to the alarm.
+void Watch::State::follow(const Sample& sample, const Estimate& estimate, double dt, bool broken) {
+  std::visit(
+      [&](auto& o) {
+        if (broken || !std::exchange(running, true)) {
+          o.bank.start(estimate.values.first(model.states.size()));
+          o.replay.interrupt();
+          alarm.interrupt();
+          filter.restart();
+          quiet_until = watched + kRunInS;
+        } else {
+          o.bank.predict(watched - dt, dt, torques);
+        }
+        o.replay.keep(watched, dt, std::isfinite(sample.u) ? sample.u : last_u, sample.y);
+        if (std::isnan(sample.y)) return;
+        surprise.value = o.bank.update(watched, sample.y, gate().width(astray));
+        const bool out = gate().shuts_out(surprise.value, astray);
+        if (out || watched < quiet_until) return;
+        for (int i = 0; i < count(); ++i)
+          surprise.signature[i] = (surprise.value - o.bank.innovation(1 + i)) / probe_of(what[i]);
+        take_surprise();
+      },
+      observer);
+}
+
+/// Innovations that are not white are made so before the alarm takes them.
+void Watch::State::take_surprise() {
+  if (knows_noise) return alarm.add(surprise, watched);
+  power += sample_s * (surprise.value * surprise.value - power);
+  std::array<double, 1 + kMostChangeables> room;
+  const std::span row = std::span(room).first(1 + what.size());
+  row[0] = surprise.value;
+  std::copy_n(surprise.signature.begin(), what.size(), row.begin() + 1);
+  if (!filter.add(row) || !filter.remembers()) return;
+  const Foretelling before_this = misfit.foretelling();
+  const bool has_learnt = misfit.has_learnt();
+  misfit.learn(filter);
+  if (!has_learnt) return;
+  filter.rest(before_this, row);
+  Surprise rest{.value = row[0]};
+  std::copy_n(row.begin() + 1, what.size(), rest.signature.begin());
+  alarm.add(rest, watched);
+}
+
+/// Innovations of a model that lacks something are as large as they are.
+OutlierGate Watch::State::gate() const {
+  OutlierGate gate;
+  if (!knows_noise) gate.deviations *= std::sqrt(std::max(1.0, power));
+  return gate;
+}
+
+void Watch::State::set_up_bank() {
+  conditions.assign(1, condition);
+  for (const Changeable& w : what)
+    conditions.push_back(altered(condition, w, probe_of(w) * w.usual));
+  std::visit([&](auto& o) { o.bank.freeze(conditions, noise, sample_s); }, observer);
+}
+
+/// A model that lacks something leaves more than noise: the most that a torque's noise can be
+/// stands for it.
+PredictorNoise Watch::State::noise_of_incomplete_model() const {
+  constexpr double kPole = 0.9;
+  const double per_sample = settings.noise.learning.most_torque / std::sqrt(sample_s);
+  return {{per_sample * std::sqrt((1.0 - kPole) / (1.0 + kPole)), kPole},
+          {settings.noise.sensor, 0.0}};
+}
+
+}  // namespace armukf
