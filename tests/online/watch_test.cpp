@@ -272,9 +272,9 @@ TEST(ChangeTest, TakesWhatComesAtOnceForNoDrift) {
   ChangeRing ring(1);
   ChangeTest test(1);
   test.believe(what);
-  constexpr double kOnset = 0.5;  // s
+  constexpr double kStepAt = 0.5;  // s
   for (int n = 0; n * kDt < 1.0; ++n) {
-    Surprise surprise{.value = n * kDt > kOnset ? 0.3 : 0.0};
+    Surprise surprise{.value = n * kDt > kStepAt ? 0.3 : 0.0};
     surprise.signature[0] = 0.3;
     ring.add(surprise, n * kDt);
     if (ring.full()) ring.close();
