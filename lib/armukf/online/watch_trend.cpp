@@ -29,6 +29,7 @@ std::vector<Trend> Watch::State::trends() const {
   if (alarm_at < 0.0) take_wear_of_ring(until_now);
   if (!until_now.has_begun()) return {};
   std::vector<WearPrior> priors;
+  priors.reserve(what.size());
   for (int i = 0; i < count(); ++i) priors.push_back({what[i].doubt, alarm.spread(i)});
   std::vector<Trend> all;
   const auto found = found_wear(until_now, priors, watch.trend_threshold);
