@@ -2,7 +2,8 @@
 """What the live page costs, and how far it is behind: measured with a filter, its page and a real browser.
 
     live_figures.py pace [--seconds 60]    samples at 2 kHz through filter and page: the server's share of a core,
-                                           and how far what the browser has drawn is behind the sample sent last
+                                           and how far what the browser has drawn is behind the sample sent last, and
+                                           what memory both have come to
     live_figures.py hour [--rows 7200000]  an hour of rows as fast as they are taken: JavaScript heap of the page
                                            and memory of the server before and after, bins that both hold
 """
@@ -23,6 +24,7 @@ from processes import memory_kb, processor_s
 from sweeps import PROGRAM, write_json
 
 RATE_HZ = 2000
+RECORD_S = 600  # what is simulated at most
 LIVE = Path(__file__).resolve().parent / "live.py"
 
 
@@ -44,11 +46,13 @@ async def heap_mb(page):
 
 
 async def sent(lines, pipe, begin, seconds):
-    """Samples at RATE_HZ, a hundred times a second what is due."""
+    """Samples at RATE_HZ, a hundred times a second what is due; after the last line the first again, the time
+    going on."""
+    rests = [line[line.index(","):] for line in lines]
     done = 0
     while done < seconds * RATE_HZ:
         due = min(int((time.monotonic() - begin) * RATE_HZ), seconds * RATE_HZ)
-        pipe.write("".join(lines[done:due]).encode())
+        pipe.write("".join(f"{k / RATE_HZ:.4f}{rests[k % len(rests)]}" for k in range(done, due)).encode())
         pipe.flush()
         done = due
         await asyncio.sleep(0.01)
@@ -57,8 +61,8 @@ async def sent(lines, pipe, begin, seconds):
 async def pace(program, seconds):
     with tempfile.TemporaryDirectory() as folder:
         record = Path(folder, "record.csv")
-        subprocess.run([program, "simulate", "-o", record, "--samples", str(seconds * RATE_HZ), "--sensor-noise",
-                        "0.1", "--quiet"], check=True)
+        subprocess.run([program, "simulate", "-o", record, "--samples", str(min(seconds, RECORD_S) * RATE_HZ),
+                        "--sensor-noise", "0.1", "--quiet"], check=True)
         header, *lines = [f"{line}\n" for line in record.read_text().splitlines() if line[0] != "#"]
     with subprocess.Popen([program, "-", "--quiet"], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as estimate, \
             page_server(estimate.stdout) as (server, address):
@@ -66,7 +70,7 @@ async def pace(program, seconds):
             page = await tab()
             await page.open(address)
             estimate.stdin.write(header.encode())
-            begin, before = time.monotonic(), processor_s(server.pid)
+            begin, before, heap_before = time.monotonic(), processor_s(server.pid), await heap_mb(page)
             sending = asyncio.create_task(sent(lines, estimate.stdin, begin, seconds))
             behind = []
             while not sending.done():
@@ -76,11 +80,13 @@ async def pace(program, seconds):
                 if drawn is not None and now > 2:
                     behind.append(now - drawn)
             used = processor_s(server.pid) - before
+            heap_after, server_mb = await heap_mb(page), memory_kb(server.pid) / 1024
         estimate.stdin.close()
     behind.sort()
     return {"seconds": seconds, "server_percent_of_a_core": 100 * used / (time.monotonic() - begin),
             "behind_s": {"median": behind[len(behind) // 2], "p99": behind[int(len(behind) * 0.99)],
-                         "worst": behind[-1]}}
+                         "worst": behind[-1]}, "heap_mb": {"before": heap_before, "after": heap_after},
+            "server_mb": server_mb}
 
 
 def hour_of_rows(program, rows, pipe):

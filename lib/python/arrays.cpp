@@ -87,4 +87,8 @@ py::array_t<double> as_array(std::vector<Sample> samples) {
                              reinterpret_cast<const double*>(kept->data()), owner);
 }
 
+py::array_t<double> copied(std::span<const double> numbers) {
+  return py::array_t<double>(static_cast<py::ssize_t>(numbers.size()), numbers.data());
+}
+
 }  // namespace armukf::python

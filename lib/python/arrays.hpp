@@ -49,6 +49,9 @@ py::array_t<Number> as_array(std::vector<Number> numbers, std::size_t rows = 0) 
 /// The same of samples, shape (n, 3).
 py::array_t<double> as_array(std::vector<Sample> samples);
 
+/// Numbers that others go on to change.
+py::array_t<double> copied(std::span<const double> numbers);
+
 /// An array that is still to be filled. NumPy's own would ask for huge pages, for which the kernel
 /// may take a third of the time that filling them with estimates does.
 template <class Number>

@@ -94,11 +94,7 @@ struct Rows {
   double* deviations;
 };
 
-py::array_t<double> copied(std::span<const double> numbers) {
-  return py::array_t<double>(static_cast<py::ssize_t>(numbers.size()), numbers.data());
-}
-
-py::array_t<double> copied(const SquareMatrix& matrix) {
+py::array_t<double> rows_of(const SquareMatrix& matrix) {
   py::array_t<double> rows({matrix.size(), matrix.size()});
   for (int i = 0; i < matrix.size(); ++i)
     for (int j = 0; j < matrix.size(); ++j) rows.mutable_at(i, j) = matrix(i, j);
@@ -159,7 +155,7 @@ class OneAtATime {
   ModelFile model() { return to_go_on_from(idle().model(), settings_, idle().belief()); }
   py::array_t<double> sd() { return as_array(idle().parameter_deviations()); }
   py::array_t<double> model_sd() { return as_array(idle().model_deviations()); }
-  py::array_t<double> covariance() { return copied(idle().parameter_covariance()); }
+  py::array_t<double> covariance() { return rows_of(idle().parameter_covariance()); }
   bool decided() { return idle().decided(); }
 
  private:

@@ -11,10 +11,6 @@
 namespace armukf::python {
 namespace {
 
-py::array_t<double> copied(std::span<const double> numbers) {
-  return py::array_t<double>(static_cast<py::ssize_t>(numbers.size()), numbers.data());
-}
-
 /// A track as Python sees it; all of it happens under the GIL. What an estimate is of is told by
 /// its time, since samples may come in another order than they are given out.
 class PythonTrack {

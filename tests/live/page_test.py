@@ -5,30 +5,18 @@ Exit status 77 where aiohttp or Chromium is not installed."""
 
 import csv
 import json
-import logging
 import re
 import subprocess
 import sys
-import tempfile
 import unittest
-from contextlib import AsyncExitStack
 from pathlib import Path
 
-SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
-sys.path.insert(0, str(SCRIPTS))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from browser_case import SCRIPTS, BrowserCase
+
 LIVE = SCRIPTS / "live.py"
 PROGRAM = sys.argv.pop(1) if len(sys.argv) > 1 else "build/release/bin/armukf"
-
-try:
-    import browser
-except ImportError:
-    print("skipped: python3-aiohttp is not installed")
-    sys.exit(77)
-if not browser.PROGRAM:
-    print("skipped: chromium is not installed")
-    sys.exit(77)
-
-logging.getLogger("asyncio").setLevel(logging.ERROR)  # unittest's loop tells of every slow step
 
 PARAMETERS = ["a_m", "a_g", "k_g1", "k_g3", "d_g", "k_a", "d_a"]
 STATES = ["twist_gear", "twist_arm", "speed_motor", "speed_gear", "speed_arm"]
@@ -42,15 +30,7 @@ def estimated(*words):
     return done.stdout.splitlines(keepends=True)
 
 
-class LivePage(unittest.IsolatedAsyncioTestCase):
-    async def asyncSetUp(self):
-        self.stack = AsyncExitStack()
-        self.addAsyncCleanup(self.stack.aclose)
-        self.folder = Path(self.stack.enter_context(tempfile.TemporaryDirectory()))
-        tab = await self.stack.enter_async_context(browser.browser())
-        self.page = await tab()
-        await self.page.size(1300, 900)
-
+class LivePage(BrowserCase):
     def start(self, *words, port=0):
         self.server = self.stack.enter_context(subprocess.Popen(
             [LIVE, "--port", str(port), *map(str, words)], stdin=subprocess.PIPE, stderr=subprocess.PIPE))

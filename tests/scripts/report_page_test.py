@@ -4,47 +4,29 @@
 Exit status 77 where aiohttp or Chromium is not installed."""
 
 import base64
-import logging
 import re
 import subprocess
 import sys
-import tempfile
 import unittest
-from contextlib import AsyncExitStack
 from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from browser_case import SCRIPTS, BrowserCase, browser
 import made_up_diagnosis as made_up
-
-SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
-sys.dont_write_bytecode = True
-sys.path.insert(0, str(SCRIPTS))
-
-try:
-    import browser
-except ImportError:
-    print("skipped: python3-aiohttp is not installed")
-    sys.exit(77)
-if not browser.PROGRAM:
-    print("skipped: chromium is not installed")
-    sys.exit(77)
-
-logging.getLogger("asyncio").setLevel(logging.ERROR)  # unittest's loop tells of every slow step
 
 HOSTILE = "</script><img src=x onerror='document.title=\"executed\"'><script>document.title='executed'</script>"
 PHONE, DESK = 390, 1200  # pixels
 NUMBER = re.compile(r"-?[\d.]+(?:e[-+]\d+)?")
 
 
-class ReportPage(unittest.IsolatedAsyncioTestCase):
+class ReportPage(BrowserCase):
+    WIDTH = DESK
+
     async def asyncSetUp(self):
-        self.stack = AsyncExitStack()
-        self.addAsyncCleanup(self.stack.aclose)
-        self.folder = Path(self.stack.enter_context(tempfile.TemporaryDirectory()))
-        tab = await self.stack.enter_async_context(browser.browser())
-        self.page = await tab()
-        await self.page.size(DESK, 900)
+        await super().asyncSetUp()
         self.found, self.rows = made_up.found(), made_up.rows()
 
     async def show(self):

@@ -5,17 +5,12 @@ from __future__ import annotations
 import math
 
 from . import _core
-from .model import Model, ModelSource, filtered
-from .results import Estimate, Estimates, Floats, ParameterEstimate, Status, parameter_table
+from .model import ModelSource, filtered
+from .recursive import Recursive
+from .results import Estimate, Estimates, Floats, Status
 
 
-def believed_parameters(core: _core.Session | _core.Track) -> dict[str, ParameterEstimate]:
-    found = zip(Model._of(core.model()).parameters.values(), core.sd(), core.model_sd())
-    return {p.name: ParameterEstimate(p.value, p.unit, p.known, float(sd), float(sd_model))
-            for p, sd, sd_model in found}
-
-
-class Session:
+class Session(Recursive[_core.Session]):
     """A recursive estimate of states and unknown parameters: samples in, what is believed out.
 
         session = armukf.Session(armukf.Model("arm.toml"))
@@ -29,14 +24,8 @@ class Session:
 
     def __init__(self, model: ModelSource = None, filter: str | None = None) -> None:
         start = filtered(model, filter)
-        self._core = _core.Session(start._core)
-        self._names = (*start.states, *start.unknowns)
+        super().__init__(_core.Session(start._core), start)
         self._units = tuple(start.units)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of what is estimated: states, then unknown parameters."""
-        return self._names
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -69,16 +58,6 @@ class Session:
         self._core.expect_new_clock()
 
     @property
-    def model(self) -> Model:
-        """The model with the parameters as believed now, and that belief: who starts with it goes on."""
-        return Model._of(self._core.model())
-
-    @property
-    def parameters(self) -> dict[str, ParameterEstimate]:
-        """Every parameter as believed now."""
-        return believed_parameters(self._core)
-
-    @property
     def covariance(self) -> Floats:
         """Of the unknown parameters in their order, units of the parameters, to go with their sd."""
         return self._core.covariance()
@@ -95,9 +74,3 @@ class Session:
     def load(self, belief: bytes) -> None:
         """Takes such a belief. InputError where it is damaged or of another model; nothing changes then."""
         self._core.load(belief)
-
-    def __repr__(self) -> str:
-        return f"<armukf.Session: {', '.join(self._names)}>"
-
-    def _repr_html_(self) -> str:
-        return parameter_table(self.parameters, "Session, as believed now")

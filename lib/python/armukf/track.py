@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from . import _core
-from .model import Model, ModelSource, filtered
-from .results import Estimate, ParameterEstimate, Status, parameter_table
-from .session import believed_parameters
+from .model import ModelSource, filtered
+from .recursive import Recursive
+from .results import Estimate, Status
 
 
 class Fate(IntEnum):
@@ -32,7 +32,7 @@ class FateCounts:
     new_clocks: int
 
 
-class Track:
+class Track(Recursive[_core.Track]):
     """The estimate of one arm whose samples come early, late, twice, by a clock that was set, or again from where
     a checkpoint was made.
 
@@ -51,13 +51,7 @@ class Track:
         if not 0 <= reorder_s < math.inf:
             raise _core.InputError(f"reorder_s: must be at least 0 and finite, not {reorder_s}")
         start = filtered(model, filter)
-        self._core = _core.Track(start._core, reorder_s)
-        self._names = (*start.states, *start.unknowns)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of what is estimated: states, then unknown parameters."""
-        return self._names
+        super().__init__(_core.Track(start._core, reorder_s), start)
 
     def put(self, t: float, u: float, y: float = math.nan) -> Fate:
         """Hands over a sample: t (s), u (N.m), y (rad/s; NaN: missing). InputError where t or u is no finite
@@ -82,16 +76,6 @@ class Track:
     def counts(self) -> FateCounts:
         return FateCounts(*self._core.counts())
 
-    @property
-    def model(self) -> Model:
-        """The model with the parameters as believed now, and that belief: who starts with it goes on."""
-        return Model._of(self._core.model())
-
-    @property
-    def parameters(self) -> dict[str, ParameterEstimate]:
-        """Every parameter as believed now."""
-        return believed_parameters(self._core)
-
     def save(self) -> bytes:
         """Belief and counts, a checkpoint. It covers the samples up to the last estimate; those that wait do not
         count."""
@@ -101,9 +85,3 @@ class Track:
         """Goes on from there, and passes over samples that it covers, so that the same stream may be put again.
         InputError where it is damaged or of another model; nothing changes then."""
         self._core.load(checkpoint)
-
-    def __repr__(self) -> str:
-        return f"<armukf.Track: {', '.join(self._names)}>"
-
-    def _repr_html_(self) -> str:
-        return parameter_table(self.parameters, "Track, as believed now")

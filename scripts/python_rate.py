@@ -1,5 +1,7 @@
 #!/usr/bin/python3
-"""Session.run beside the C++ loop, the same million samples in the same minute: rate_test.py SESSION_LOOP
+"""Session.run of the Python package beside the C++ loop, the same million samples in the same minute.
+
+    cmake --preset bench && cmake --build --preset bench && scripts/python_rate.py
 
 In processor time of the thread that asks, the best of a few rounds: what else this machine does counts little
 then. All threads together, with the one that fetches memory, are told beside it.
@@ -10,7 +12,11 @@ import sys
 import tempfile
 import time
 
-import armukf
+from sweeps import ROOT
+
+BUILD = ROOT / "build/bench"
+sys.path.insert(0, str(BUILD / "python"))
+import armukf  # noqa: E402
 
 ROUNDS = 4
 LEAST = 0.9  # of the C++ loop's rate
@@ -22,7 +28,7 @@ def main():
     with tempfile.NamedTemporaryFile() as file:
         samples.tofile(file.name)
         for _ in range(ROUNDS):
-            loops += map(float, subprocess.run([sys.argv[1], file.name, "1"], capture_output=True, text=True,
+            loops += map(float, subprocess.run([BUILD / "bin/session_loop", file.name, "1"], capture_output=True, text=True,
                                                check=True).stdout.split())
             session = armukf.Session()
             begin, all_begin = time.thread_time(), time.process_time()
