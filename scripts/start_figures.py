@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """Measures what start values from scratch must reach, by the program itself.
 
-    start_figures.py slow|frequency [--program ARMUKF] [--arms N]
+    start_figures.py slow|frequency [--program ARMUKF] [--arms 20]
 
-slow       friction and inertia from ten simulated records of slow motion
+slow       friction and inertia from simulated records of slow motion, one an arm
 frequency  fits from the frequency response against fits from the truth, on simulated arms with
            parameters drawn 40 % about the published estimate, and on the measured record where
            ARMUKF_MEASURED names its folder
@@ -33,15 +33,15 @@ def friction(p, w):
         p["beta"] * w)
 
 
-def slow(program, folder, _):
+def slow(program, folder, arms):
     worst_inertia = worst_curve = 0.0
-    for seed in range(1, 11):
+    for seed in range(1, arms + 1):
         record = folder / "slow.csv"
         armukf(program, "simulate", "-o", record, "--experiment", "validation3", "--seed", seed,
                "--sensor-noise", 0.05)
         # The springs matter little here: the fit is only there to tell the start values.
-        found = armukf(program, "fit", record, "--start", "slow", record, "--iterations",
-                       1)["parameters"]
+        found = armukf(program, "fit", record, "--start", "slow", record, "--iterations", 1,
+                       "--no-blocks")["parameters"]
         p = {name: found[name]["value"] for name in (*FRICTION, "J")}
         worst_inertia = max(worst_inertia, abs(p["J"] / INERTIA - 1))
         worst_curve = max(worst_curve, *(abs(friction(p, w) / friction(FRICTION, w) - 1)
@@ -62,7 +62,7 @@ def drawn_arm(generator):
 def same_minimum(program, record, arm):
     """Whether the fit from the frequency response ends as low as the one from the truth."""
     truth = [f"--set={name}={value}" for name, value in arm.items()]
-    common = ["fit", record, "--free-initial", "all"]
+    common = ["fit", record, "--free-initial", "all", "--no-blocks"]
     from_truth = armukf(program, *common, *truth)["mse"]
     found = armukf(program, *common, "--start", "frequency")["mse"]
     return found <= from_truth * 1.001, found, from_truth
@@ -90,7 +90,7 @@ def measured(program):
         print("  the measured record is skipped: ARMUKF_MEASURED is not set")
         return True
     record = Path(folder) / "robotarm_estimation.csv"
-    mse = armukf(program, "fit", record, "--start", "frequency")["mse"]
+    mse = armukf(program, "fit", record, "--start", "frequency", "--no-blocks")["mse"]
     print(f"  measured record: MSE {mse:.5g} (asked {MEASURED_MSE})")
     return mse <= MEASURED_MSE
 

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Checks what tune.py finds against what is known.
 
-    tuning_figures.py known      10 simulated records of known noise, from starts that are 10 times off
+    tuning_figures.py known      [--records 10] simulated records of known noise, from starts that are 10 times off
     tuning_figures.py measured   the measured record, tuned on its first 70 %, judged on the rest
 
 The measured record is $ARMUKF_MEASURED/robotarm_estimation.csv; without it that job skips (exit status
@@ -28,7 +28,7 @@ def options_for(options, *words):
 def known(options, pool, checks):
     torque = DISTURBANCE * math.sqrt(SAMPLE_TIME)
     with tempfile.TemporaryDirectory() as folder:
-        for seed in range(1, 11):
+        for seed in range(1, options.records + 1):
             records = [sweeps.simulate(options.program, f"{folder}/{s}.csv", s, SENSOR, DISTURBANCE)
                        for s in (seed, 100 + seed)]
             off = 10.0 if seed % 2 else 0.1
@@ -67,6 +67,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("job", choices=jobs)
     parser.add_argument("--program", default=str(sweeps.PROGRAM))
+    parser.add_argument("--records", type=int, default=10)
     options = parser.parse_args()
     checks = Checks()
     with sweeps.pool() as pool:
