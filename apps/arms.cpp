@@ -115,15 +115,17 @@ class Arm {
       write_due();
     }
     inboxes_[filled_ ^ 1].clear();
+    rows_.append_to(text_);
   }
 
   void end() {
     track_.end();
     write_due();
+    rows_.append_to(text_);
   }
 
   /// Rows since this was asked last; whoever takes them gives the text back for its memory.
-  std::string& rows() { return rows_.text(); }
+  std::string& rows() { return text_; }
   /// The same of lines about events.
   std::string& events() { return events_; }
 
@@ -161,7 +163,8 @@ class Arm {
   std::vector<std::ptrdiff_t> places_;  // of the columns among the arm's own
   std::array<std::vector<Sample>, 2> inboxes_;
   std::size_t filled_ = 0;
-  CsvWriter rows_;
+  CsvRows rows_;
+  std::string text_;  // of those, until it is taken
   std::string events_;
 };
 

@@ -3,10 +3,12 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/mman.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <array>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
@@ -14,6 +16,7 @@
 #include <random>
 #include <string>
 #include <system_error>
+#include <thread>
 #include <vector>
 
 #include "armukf/core/error.hpp"
@@ -94,13 +97,90 @@ TEST(CsvWriter, RowsWaitForAFlush) {
   EXPECT_EQ(content(file.number()), "1\n");
 }
 
-TEST(CsvWriter, FullBufferFlushesWholeRows) {
+/// What is written at once arrives at once.
+struct Packets {
+  Packets() { EXPECT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET, 0, ends.data()), 0); }
+  ~Packets() {
+    for (const int end : ends) ::close(end);
+  }
+  std::string next() const {
+    std::string packet(std::size_t{1} << 20, ' ');
+    packet.resize(static_cast<std::size_t>(::read(ends[1], packet.data(), packet.size())));
+    return packet;
+  }
+  std::array<int, 2> ends{-1, -1};
+};
+
+TEST(CsvWriter, FullBatchesAreWrittenInWholeRows) {
+  const Packets packets;
+  CsvWriter writer(packets.ends[0], "rows");
+  std::jthread rows([&] {
+    for (int i = 0; i < 20'000; ++i) writer.row(std::array{0.125, 0.25});  // 220 kB
+  });
+  for (int i = 0; i < 3; ++i) {
+    const std::string written = packets.next();
+    EXPECT_GT(written.size(), std::size_t{16} * 1024);
+    EXPECT_EQ(written.size() % std::string_view("0.125,0.25\n").size(), 0u);
+  }
+  ::shutdown(packets.ends[1], SHUT_RD);  // nobody takes the rest
+}
+
+TEST(CsvWriter, RowsKeepTheirOrderHoweverTheyCame) {
   const Descriptor file = memory();
   CsvWriter writer(file.number(), "rows");
-  for (int i = 0; i < 20'000; ++i) writer.row(std::array{0.125, 0.25});  // 220 kB
-  const std::string written = content(file.number());
-  EXPECT_GT(written.size(), std::size_t{128} * 1024);
-  EXPECT_EQ(written.size() % std::string_view("0.125,0.25\n").size(), 0u);
+  std::string expected;
+  for (int i = 0; i < 30'000; ++i) {
+    const std::string number = std::to_string(i);
+    if (i % 3 == 0) {
+      writer.append_rows(number + "\n");
+    } else if (i % 3 == 1) {
+      writer.row(std::vector<std::string>{number});
+    } else {
+      writer.cell(i);
+      writer.end_row();
+    }
+    if (i % 7'001 == 0) writer.flush();
+    expected += number + "\n";
+  }
+  writer.flush();
+  EXPECT_EQ(content(file.number()), expected);
+}
+
+TEST(CsvWriter, NothingIsWrittenAfterWhatCouldNotBe) {
+  const Descriptor file(::open("/dev/full", O_WRONLY));
+  const Descriptor good = memory();
+  CsvWriter writer(file.number(), "rows");
+  EXPECT_THROW(
+      {
+        for (int i = 0; i < 60'000; ++i) writer.row(std::array{0.125, 0.25});
+        writer.flush();
+      },
+      std::system_error);
+  ASSERT_EQ(::dup2(good.number(), file.number()), file.number());  // there is room again
+  EXPECT_TRUE(writer.closed());
+  writer.row(std::array{1.0});
+  writer.flush();
+  EXPECT_EQ(content(good.number()), "");
+}
+
+TEST(CsvWriter, StopEndsTheWaitForAStalledReaderWhateverThreadWaits) {
+  std::array<int, 2> ends{-1, -1};
+  ASSERT_EQ(::pipe(ends.data()), 0);
+  const Descriptor read_end(ends[0]);
+  const std::string path = "/dev/fd/" + std::to_string(ends[1]);
+  volatile std::sig_atomic_t stop = 0;
+  CsvWriter writer(path, &stop);
+  ::close(ends[1]);
+  std::jthread later([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    stop = 1;
+  });
+  EXPECT_THROW(
+      {
+        for (int i = 0; i < 60'000; ++i) writer.row(std::array{0.125, 0.25});
+        writer.flush();
+      },
+      std::system_error);
 }
 
 TEST(CsvWriter, EndOfLifeFlushes) {

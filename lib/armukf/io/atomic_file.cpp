@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -36,19 +37,41 @@ std::system_error write_failure(const std::string& name) {
   return {errno, std::generic_category(), name + ": cannot write"};
 }
 
+/// What an output that takes something takes without making its writer wait, in bytes.
+std::size_t room(int descriptor) {
+  const int capacity = ::fcntl(descriptor, F_GETPIPE_SZ);
+  int unread = 0;
+  const bool empty = capacity > 0 && ::ioctl(descriptor, FIONREAD, &unread) == 0 && unread == 0;
+  // Half of it, should another process write to the same pipe.
+  return std::max<std::size_t>(PIPE_BUF, empty ? static_cast<std::size_t>(capacity) / 2 : 0);
+}
+
+bool is_regular(int descriptor) {
+  struct stat status {};
+  return ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
+}
+
 /// Waits until whoever reads the output can take a part of it that is no longer than PIPE_BUF;
 /// false if that takes too long.
-bool can_take(int descriptor) {
+bool can_take(int descriptor, std::chrono::milliseconds patience) {
   using Clock = std::chrono::steady_clock;
-  constexpr std::chrono::milliseconds kPatience{1000};
   pollfd output{.fd = descriptor, .events = POLLOUT, .revents = 0};
-  const auto end = Clock::now() + kPatience;
-  for (auto left = kPatience; left.count() > 0;
+  const auto end = Clock::now() + patience;
+  for (auto left = patience; left.count() > 0;
        left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now())) {
     const int ready = ::poll(&output, 1, static_cast<int>(left.count()));
     if (ready > 0 || (ready < 0 && errno != EINTR)) return true;
   }
   return false;
+}
+
+/// The same for as long as nothing is to stop, and a second more: whichever thread a signal
+/// reaches.
+bool takes(int descriptor, StopFlag stop) {
+  using namespace std::chrono_literals;
+  while (*stop == 0)
+    if (can_take(descriptor, 100ms)) return true;
+  return can_take(descriptor, 1s);
 }
 
 /// Whether a file's name is that of `target` while it was being written by a process that is gone.
@@ -82,21 +105,20 @@ Descriptor open_for_writing(const std::string& path) {
 }
 
 bool write_all(int descriptor, std::string_view bytes, const std::string& name, StopFlag stop) {
+  const bool waits = stop != nullptr && !is_regular(descriptor);
   while (!bytes.empty()) {
-    const bool stopping = stop != nullptr && *stop != 0;
-    if (stopping && !can_take(descriptor)) {
+    if (waits && !takes(descriptor, stop)) {
       errno = ETIMEDOUT;
       throw write_failure(name);
     }
-    const std::size_t part =
-        stopping ? std::min<std::size_t>(bytes.size(), PIPE_BUF) : bytes.size();
+    const std::size_t part = waits ? std::min(bytes.size(), room(descriptor)) : bytes.size();
     const auto count = ::write(descriptor, bytes.data(), part);
     if (count >= 0) {
       bytes.remove_prefix(static_cast<std::size_t>(count));
     } else if (errno == EPIPE) {
       return false;
     } else if (errno == EAGAIN) {
-      can_take(descriptor);
+      can_take(descriptor, std::chrono::seconds(1));
     } else if (errno != EINTR) {
       throw write_failure(name);
     }

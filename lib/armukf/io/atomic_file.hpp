@@ -11,8 +11,8 @@ namespace armukf {
 Descriptor open_for_writing(const std::string& path);
 
 /// Writes all bytes; false if nobody reads the other end of the pipe any more.
-/// std::system_error, `name: cannot write: why`, on any other failure. Once `stop` is set (and a
-/// signal has interrupted a write that waits) a reader that takes nothing for a second is one.
+/// std::system_error, `name: cannot write: why`, on any other failure. Once `stop` is set a reader
+/// that takes nothing for a second is one.
 bool write_all(int descriptor, std::string_view bytes, const std::string& name,
                StopFlag stop = nullptr);
 

@@ -1,8 +1,6 @@
 #include "armukf/io/csv_writer.hpp"
 
-#include <array>
-#include <charconv>
-#include <cmath>
+#include <stop_token>
 #include <system_error>
 #include <utility>
 
@@ -11,8 +9,7 @@
 namespace armukf {
 namespace {
 
-constexpr std::size_t kBufferSize = std::size_t{1} << 16;  // bytes; one write fills a pipe
-constexpr std::size_t kLongestNumber = 24;                 // "-2.2250738585072014e-308"
+constexpr std::size_t kBatch = std::size_t{1} << 17;  // bytes of cells, about as many of text
 
 }  // namespace
 
@@ -20,14 +17,10 @@ CsvWriter::CsvWriter(const std::string& path, StopFlag stop)
     : owned_(open_for_writing(path)),
       descriptor_(owned_.number()),
       name_(path == "-" ? "<stdout>" : path),
-      stop_(stop) {
-  buffer_.reserve(kBufferSize);
-}
+      stop_(stop) {}
 
 CsvWriter::CsvWriter(int descriptor, std::string name)
-    : descriptor_(descriptor), name_(std::move(name)) {
-  buffer_.reserve(kBufferSize);
-}
+    : descriptor_(descriptor), name_(std::move(name)) {}
 
 CsvWriter::~CsvWriter() {
   try {
@@ -36,61 +29,65 @@ CsvWriter::~CsvWriter() {
   }
 }
 
-void CsvWriter::cell(double value) {
-  separate();
-  std::array<char, kLongestNumber> text;
-  const auto end = std::to_chars(text.begin(), text.end(), value).ptr;
-  if (std::isnan(value)) {
-    buffer_ += "nan";  // not "-nan"
-  } else {
-    buffer_.append(text.begin(), end);
-  }
-}
-
-void CsvWriter::cell(std::string_view text) {
-  separate();
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
-    buffer_ += text;
-    return;
-  }
-  buffer_ += '"';
-  for (const char c : text) buffer_.append(c == '"' ? 2 : 1, c);
-  buffer_ += '"';
-}
-
-void CsvWriter::separate() {
-  if (in_row_) buffer_ += ',';
-  in_row_ = true;
-}
-
 void CsvWriter::end_row() {
-  buffer_ += '\n';
-  in_row_ = false;
-  if (buffer_.size() >= kBufferSize) flush();
+  CsvRows::end_row();
+  hand_over_full();
 }
 
 void CsvWriter::append_rows(std::string_view rows) {
-  buffer_ += rows;
-  if (buffer_.size() >= kBufferSize) flush();
+  CsvRows::append_rows(rows);
+  hand_over_full();
 }
 
-void CsvWriter::row(std::span<const double> values) {
-  for (const double value : values) cell(value);
-  end_row();
-}
-
-void CsvWriter::row(std::span<const std::string> texts) {
-  for (const std::string& text : texts) cell(std::string_view(text));
-  end_row();
+void CsvWriter::hand_over_full() {
+  if (size() < kBatch) return;
+  if (std::thread::hardware_concurrency() < 2) return flush();
+  std::unique_lock lock(mutex_);
+  wait_until_written(lock);
+  swap(given_);
+  busy_ = true;
+  if (!worker_.joinable())
+    worker_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
+  changed_.notify_all();
 }
 
 void CsvWriter::flush() {
-  if (descriptor_ == kNone) return;
-  std::string rows = std::move(buffer_);
-  buffer_.clear();  // also after a failure, so that no row is written twice
-  closed_ = closed_ || !write_all(descriptor_, rows, name_, stop_);
-  rows.clear();
-  buffer_ = std::move(rows);  // keeps its capacity
+  std::unique_lock lock(mutex_);
+  wait_until_written(lock);
+  write(*this);
+}
+
+/// Until the thread has nothing to do; what it failed at is thrown here.
+void CsvWriter::wait_until_written(std::unique_lock<std::mutex>& lock) {
+  changed_.wait(lock, [this] { return !busy_; });
+  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+}
+
+void CsvWriter::write(CsvRows& rows) {
+  text_.clear();
+  rows.append_to(text_);
+  if (closed_) return;
+  try {
+    if (!write_all(descriptor_, text_, name_, stop_)) closed_ = true;
+  } catch (const std::system_error&) {
+    closed_ = true;
+    throw;
+  }
+}
+
+void CsvWriter::work(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  while (changed_.wait(lock, stop, [this] { return busy_; })) {
+    lock.unlock();
+    try {
+      write(given_);
+    } catch (const std::system_error&) {
+      failure_ = std::current_exception();  // which is read once it is no more busy
+    }
+    lock.lock();
+    busy_ = false;
+    changed_.notify_all();
+  }
 }
 
 }  // namespace armukf

@@ -196,23 +196,23 @@ std::vector<std::string> row_names(std::span<const std::string> augmented, bool 
   return names;
 }
 
-void write_outcome(CsvWriter& writer, const Estimate& e) {
+void write_outcome(CsvRows& rows, const Estimate& e) {
   for (const double value :
        {e.sample.t, e.sample.y, e.predicted, e.innovation, e.innovation_sd, e.nis})
-    writer.cell(value);
-  writer.cell(name_of(e.status));
+    rows.cell(value);
+  rows.cell(name_of(e.status));
 }
 
-void write_header(CsvWriter& writer, const Model& model, bool watched) {
-  writer.row(row_names(augmented_names(model), watched));
+void write_header(CsvRows& rows, const Model& model, bool watched) {
+  rows.row(row_names(augmented_names(model), watched));
 }
 
-void write_row(CsvWriter& writer, const Estimate& e, std::optional<std::span<const Event>> events) {
-  write_outcome(writer, e);
-  for (const double value : e.values) writer.cell(value);
-  for (const double value : e.deviations) writer.cell(value);
-  if (events) writer.cell(event_cell(*events));
-  writer.end_row();
+void write_row(CsvRows& rows, const Estimate& e, std::optional<std::span<const Event>> events) {
+  write_outcome(rows, e);
+  for (const double value : e.values) rows.cell(value);
+  for (const double value : e.deviations) rows.cell(value);
+  if (events) rows.cell(event_cell(*events));
+  rows.end_row();
 }
 
 nlohmann::ordered_json estimate_json(const EstimateSummary& s) {

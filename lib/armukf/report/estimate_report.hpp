@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "armukf/batch/evaluate.hpp"
-#include "armukf/io/csv_writer.hpp"
+#include "armukf/io/csv_rows.hpp"
 #include "armukf/model/model.hpp"
 #include "armukf/online/recursion.hpp"
 #include "armukf/online/session.hpp"
@@ -62,13 +62,13 @@ std::string counts_text(const Tally& tally);
 /// Where somebody watches, what is said to have changed comes last.
 std::vector<std::string> row_names(std::span<const std::string> augmented, bool watched = false);
 /// The first cells of a row: the sample, its innovation and status.
-void write_outcome(CsvWriter& writer, const Estimate& estimate);
+void write_outcome(CsvRows& rows, const Estimate& estimate);
 
 /// The header of the rows that `write_row` writes.
-void write_header(CsvWriter& writer, const Model& model, bool watched = false);
+void write_header(CsvRows& rows, const Model& model, bool watched = false);
 /// One row: the sample, its innovation, status, every augmented state and its deviation; where
 /// somebody watches, the events said at it.
-void write_row(CsvWriter& writer, const Estimate& estimate,
+void write_row(CsvRows& rows, const Estimate& estimate,
                std::optional<std::span<const Event>> events = {});
 
 /// The summary as JSON, and as text for a person.
