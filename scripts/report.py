@@ -72,7 +72,7 @@ def add_effects(page, found, judged):
     told = []
     for effect in found["effects"]:
         name = title_of(effect)
-        chart = charts.shape_of(effect, judged) if judged else None
+        chart = charts.shape_of(effect, judged, found.get("laws", {})) if judged else None
         why = "The rows hold no torque of it: it acts on what is measured." if judged else "There are no rows."
         told.append(element("article", element("h3", name), tables.effect_facts(effect), page.place(chart, why)))
     page.section("Effects found", *told)

@@ -8,7 +8,8 @@ number. A string in place of numbers names one of the columns that charts share.
 
 import numpy as np
 
-from report_words import figure
+from report_words import figure, unit_text
+from style import NINETY_PERCENT
 
 MOST_ROWS = 20000   # of a record that a page holds; ten seconds at 2 kHz in full
 BINS = 60           # of an angle or a speed
@@ -253,20 +254,42 @@ def column_name(effect):
     return "_".join([effect["name"]] + ([effect["site"]] if "site" in effect else [])).replace(":", "")
 
 
-def shape_of(effect, judged):
+def over_of(name):
+    """The column that an effect depends on."""
+    return next((v for k, v in OVER.items() if name.startswith(k)), "speed_motor")
+
+
+def learnt(law, over):
+    """The curve of a learnt law with its 90 % band, and how many samples were near each of its points."""
+    at, torque, sd = (np.array(law[key], dtype=float) for key in ("at", "torque", "sd"))  # a deviation of null: NaN
+    half = NINETY_PERCENT * sd
+    middles = (at[:-1] + at[1:]) / 2
+    count = np.bincount(np.searchsorted(middles, over[np.isfinite(over)]), minlength=len(at))
+    return {"name": "the law learnt", "x": axis(law["over"], unit_text(law["unit"])), "y": axis("torque", "N·m"),
+            "at": numbers(at), "counts": count.tolist(),
+            "lines": [line("90 % band, upper end", "fill", numbers(torque + half)),
+                      line("lower end", "fill", numbers(torque - half)),
+                      line("the law", "after", numbers(torque))],
+            "bands": [[0, 1, "fill"]]}
+
+
+def shape_of(effect, judged, laws):
     """What an effect does, over what it depends on, and over other quantities to choose from; None where the rows hold
     no torque of it."""
     name = column_name(effect)
+    law = laws.get(effect["name"])
     column = next((c for c in judged.rows.dtype.names if c.startswith(name + "_torque_at_")), None)
     if column is None or not np.any(np.nan_to_num(judged[column])):
         return None
     mass, torque = column.rpartition("_")[2], judged[column]
-    first = next((v for k, v in OVER.items() if name.startswith(k)), "speed_motor")
+    first = over_of(name)
     views = [shape(judged[over], *AXES[over], torque, mass) for over in [first] + [k for k in AXES if k != first]
              if over == "t" or judged.has(over)]
     harmonic = next((p["value"] for k, p in effect["parameters"].items() if "_harmonic" in k), None)
     if harmonic and judged.has("motor_angle"):
         period = judged["motor_angle"] % (TURN / harmonic)
         views.insert(0, shape(period, "angle in its period", "rad", torque, mass))
+    if law and judged.has(first):
+        views.insert(0, learnt(law, judged[first]))
     return {"id": "shape_" + name, "title": f"Torque at the {mass}", "about": "grey: where the samples are",
             "views": [view for view in views if view]}

@@ -75,6 +75,21 @@ TEST(DiagnosisReport, TellsEveryEstimatedParameterBeforeAndAfter) {
   EXPECT_EQ(found["after_sd"], 0.25);
 }
 
+TEST(DiagnosisReport, DrawsWhatWasLearntWithItsDeviation) {
+  DiagnosisSummary s = summary();
+  EXPECT_FALSE(diagnosis_json(s).contains("laws"));
+  Model& model = s.diagnosis.after.model;
+  model.add_effect("friction_curve");
+  const auto n = static_cast<int>(model.unknowns().size());
+  SquareMatrix covariance(n);
+  for (int i = 0; i < n; ++i) covariance(i, i) = 0.01;
+  s.diagnosis.after.covariance = covariance;
+  const auto law = diagnosis_json(s)["laws"]["friction_curve"];
+  EXPECT_EQ(law["unit"], "rad/s");
+  ASSERT_EQ(law["at"].size(), law["sd"].size());
+  EXPECT_GT(law["sd"].back().get<double>(), 0.0);
+}
+
 TEST(DiagnosisReport, NamesExperimentsThatTellEffectsApart) {
   DiagnosisSummary s = summary(true);
   EXPECT_TRUE(diagnosis_json(s)["effects"][0]["told_apart_by"].empty());

@@ -167,13 +167,24 @@ class Charts(unittest.TestCase):
 
     def test_a_shape_is_that_of_the_torque_and_bins_of_few_samples_are_empty(self):
         judged = charts.Judged(made_up.rows(8000))
-        view = charts.shape_of(made_up.found()["effects"][0], judged)["views"][0]
+        view = charts.shape_of(made_up.found()["effects"][0], judged, {})["views"][0]
         self.assertEqual(view["x"]["name"], "gear twist")
         mean = next(line["values"] for line in view["lines"] if line["name"] == "mean")
         for at, value, count in zip(view["at"], mean, view["counts"]):
             self.assertEqual(value is None, count < charts.FEWEST)
             if value is not None:
                 self.assertAlmostEqual(value, 0.2 * np.tanh(at / 0.02), delta=0.005)
+
+    def test_a_learnt_law_is_drawn_with_its_band_before_all_else(self):
+        judged = charts.Judged(made_up.rows(4000))
+        law = {"over": "twist", "unit": "rad", "gives": "torque at the gear", "at": [-0.2, 0.0, 0.2],
+               "torque": [-1.0, 0.0, 1.0], "sd": [None, 0.1, 0.2]}
+        view = charts.shape_of(made_up.found()["effects"][0], judged, {"backlash": law})["views"][0]
+        values = {line["name"]: line["values"] for line in view["lines"]}
+        self.assertEqual(values["the law"], [-1.0, 0.0, 1.0])
+        self.assertEqual(values["90 % band, upper end"], [None, 0.1645, 1.329])
+        self.assertEqual(sum(view["counts"]), 4000)
+        self.assertEqual(view["counts"][0], np.count_nonzero(judged["twist_gear"] < -0.1))
 
 
 class Words(unittest.TestCase):

@@ -113,6 +113,7 @@ FittedModel fitted(const Model& model, const StatesOfPieces& x0, const std::vect
   FittedModel result;
   result.model = found.model;
   result.parameters = found.parameters;
+  result.covariance = found.covariance;
   ErrorSums sums;
   for (std::size_t e = 0; e < pieces.size(); ++e)
     add_piece(found.experiments[e].fit, pieces[e], sums, result);

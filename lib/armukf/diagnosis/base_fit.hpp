@@ -5,6 +5,7 @@
 #include "armukf/batch/identify.hpp"
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/record.hpp"
+#include "armukf/core/square_matrix.hpp"
 #include "armukf/model/model.hpp"
 #include "armukf/ode/propagation.hpp"
 
@@ -18,6 +19,7 @@ struct FittedModel {
   double fit_percent = 0.0;
   double mse = 0.0;  // (rad/s)^2
   std::vector<ParameterEstimate> parameters;
+  SquareMatrix covariance{};  // of these; empty where nothing was fitted
 };
 
 /// Initial states for a model that has gained states: new ones begin at rest, or with the motor.

@@ -98,6 +98,7 @@ void judge(const OutputError& error, const Variables& variables, const Minimum& 
            ForesightFit& fit) {
   constexpr double kRidge = 1e-3;  // of each variable's information: steers what no row tells
   fit.sd.assign(error.unknowns(), kInfinite);
+  fit.covariance = kInfinite * Eigen::MatrixXd::Identity(error.unknowns(), error.unknowns());
   fit.left_out.assign(kForesightBlocks, fit.model);
   const OutputError::Evaluation at = error.evaluate(minimum.z.data());
   if (!at.valid) return;
@@ -111,9 +112,10 @@ void judge(const OutputError& error, const Variables& variables, const Minimum& 
   const Eigen::MatrixXd inverse = inverse_information(at.J);
   fit.slopes.resize(n, kParts);
   for (int part = 0; part < kParts; ++part) fit.slopes.col(part) = slope_of(part, kParts);
-  const Eigen::MatrixXd covariance =
+  const Eigen::MatrixXd all =
       inverse * fit.slopes * fit.slopes.transpose() * inverse * kParts / (kParts - 1.0);
-  for (int i = 0; i < error.unknowns(); ++i) fit.sd[i] = std::sqrt(covariance(i, i));
+  fit.covariance = all.topLeftCorner(error.unknowns(), error.unknowns());
+  for (int i = 0; i < error.unknowns(); ++i) fit.sd[i] = std::sqrt(fit.covariance(i, i));
 
   for (int half = 0; half < 2; ++half)
     fit.halves[half] = half_estimates(error, minimum, at.J, fit.slopes, half);

@@ -54,6 +54,7 @@ struct ForesightFit {
   double cost = 0.0;     // half the sum of squared errors, one sample ahead each over its deviation
   std::vector<int> fitted;      // positions of what was unknown in this fit
   std::vector<double> sd;       // of these, by how they scatter between sixteenths
+  Eigen::MatrixXd covariance;   // to go with it
   std::vector<Model> left_out;  // fitted without a block each, by one damped step from the minimum
   Eigen::MatrixXd information;  // J'J of these, then of free initial states
   Eigen::MatrixXd slopes;       // J'r of each sixteenth, a column each

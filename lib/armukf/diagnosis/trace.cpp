@@ -174,6 +174,7 @@ void add_start(const Explained& start, const TraceRecords& records, BaseFit& bas
 FittedModel simulated_from(const Explained& now, const Held& held, const TraceRecords& records) {
   FittedModel simulated = plain(now, records);
   const std::vector<int>& fitted = now.fit.fitted;
+  std::vector<std::ptrdiff_t> places;  // of its unknowns among those fitted; -1: held
   for (std::size_t i = 0; i < simulated.model.parameters.size(); ++i) {
     Parameter& p = simulated.model.parameters[i];
     const auto at = std::ranges::find(fitted, static_cast<int>(i)) - fitted.begin();
@@ -183,6 +184,15 @@ FittedModel simulated_from(const Explained& now, const Held& held, const TraceRe
     const double sd = told ? now.fit.sd[at] : kept->second;
     p.known = false;
     simulated.parameters.push_back({static_cast<int>(i), p.value, sd, sd, sd, sd, false});
+    places.push_back(told ? at : -1);
+  }
+  const auto n = static_cast<int>(places.size());
+  simulated.covariance = SquareMatrix(n);
+  for (int i = 0; i < n; ++i) {
+    simulated.covariance(i, i) = std::pow(simulated.parameters[i].sd, 2);
+    for (int j = 0; j < n && places[i] >= 0; ++j)
+      if (j != i && places[j] >= 0)
+        simulated.covariance(i, j) = now.fit.covariance(places[i], places[j]);
   }
   return simulated;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "armukf/report/estimate_report.hpp"
+#include "armukf/report/laws_json.hpp"
 
 namespace armukf {
 namespace {
@@ -233,21 +234,24 @@ Json diagnosis_json(const DiagnosisSummary& s) {
   for (const Candidate& candidate : d.candidates) candidates.push_back(candidate_json(candidate));
   Json consistency = Json::array();
   for (const Consistency& c : d.consistency) consistency.push_back(consistency_json(c));
-  return {{"files", {{"estimation", s.estimation}, {"validation", s.validation}}},
-          {"base_fit", {{"starts", d.base.starts()}, {"starts_agreeing", d.base.agreeing()}}},
-          {"before",
-           {{"estimation", measures_json(d.before_estimation)},
-            {"validation", measures_json(d.before_validation)}}},
-          {"after",
-           {{"estimation", measures_json(d.after_estimation)},
-            {"validation", measures_json(d.after_validation_measures)}}},
-          {"effects", effects},
-          {"candidates", candidates},
-          {"parameters", compared_parameters(d.base.best, d.after)},
-          {"consistency", consistency},
-          {"verdict", name_of(d.verdict)},
-          {"unexplained", d.unexplained},
-          {"seconds", s.seconds}};
+  Json json{{"files", {{"estimation", s.estimation}, {"validation", s.validation}}},
+            {"base_fit", {{"starts", d.base.starts()}, {"starts_agreeing", d.base.agreeing()}}},
+            {"before",
+             {{"estimation", measures_json(d.before_estimation)},
+              {"validation", measures_json(d.before_validation)}}},
+            {"after",
+             {{"estimation", measures_json(d.after_estimation)},
+              {"validation", measures_json(d.after_validation_measures)}}},
+            {"effects", effects},
+            {"candidates", candidates},
+            {"parameters", compared_parameters(d.base.best, d.after)},
+            {"consistency", consistency},
+            {"verdict", name_of(d.verdict)},
+            {"unexplained", d.unexplained},
+            {"seconds", s.seconds}};
+  if (Json laws = laws_json(d.after.model, d.after.covariance); !laws.empty())
+    json["laws"] = std::move(laws);
+  return json;
 }
 
 std::string diagnosis_text(const DiagnosisSummary& s) {

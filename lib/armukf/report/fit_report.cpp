@@ -180,7 +180,8 @@ nlohmann::ordered_json fit_json(const FitSummary& s) {
                           {"sensor_noise", found.noise->sensor_sd},
                           {"log_likelihood", found.noise->log_likelihood}};
   json.update(angle_json(found.free));
-  if (Json laws = laws_json(found); !laws.empty()) json["laws"] = std::move(laws);
+  if (Json laws = laws_json(found.model, found.covariance); !laws.empty())
+    json["laws"] = std::move(laws);
   return json;
 }
 

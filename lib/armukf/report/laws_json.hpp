@@ -2,13 +2,13 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "armukf/batch/identify.hpp"
+#include "armukf/core/square_matrix.hpp"
+#include "armukf/model/model.hpp"
 
 namespace armukf {
 
 /// The curves of the learnt laws in a fit, by the effect's name: {"over","unit","gives","at":[..],
-/// "torque":[..],"sd":[..]}, the deviations those for residuals of any colour; none: an empty
-/// object.
-nlohmann::ordered_json laws_json(const Identification& found);
+/// "torque":[..],"sd":[..]}; none: an empty object. covariance: of the unknown parameters.
+nlohmann::ordered_json laws_json(const Model& model, const SquareMatrix& covariance);
 
 }  // namespace armukf
