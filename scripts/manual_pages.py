@@ -116,7 +116,8 @@ def main(arguments):
     pictures.mkdir()
     for picture in examples.rglob("*.png"):  # which does not follow the links to the source tree
         shutil.copyfile(picture, pictures / picture.name)
-    shutil.copyfile(TREE / "data/pictures/convergence.png", pictures / "convergence.png")
+    for picture in (TREE / "data/pictures").glob("*.png"):
+        shutil.copyfile(picture, pictures / picture.name)
     tree = os.path.relpath(TREE, output)
     for source in output.rglob("*.md"):
         try:
