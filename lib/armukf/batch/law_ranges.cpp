@@ -35,7 +35,7 @@ void add_magnitudes(const Model& model, const Coefficients<double>& arm, const S
 int range_of(const EffectSlot& slot) {
   return std::visit(
       [&]<class E>(const E&) {
-        if constexpr (LearntLaw<E>) return slot.first_parameter + E::range;
+        if constexpr (LearntLaw<E>) return E::range < 0 ? -1 : slot.first_parameter + E::range;
         return -1;
       },
       slot.effect);
@@ -66,6 +66,14 @@ void cover_ranges(Model& model, const std::vector<Record>& records,
     Parameter& range = model.parameters[range_of(model.effects[i])];
     const double covered = quantile(std::move(magnitudes[i]), kCovered);
     if (covered > range.lower && covered < range.upper) range.value = covered;
+  }
+}
+
+void widen_ranges(Model& model, double factor) {
+  for (const EffectSlot& slot : model.effects) {
+    if (const int at = range_of(slot); at >= 0)
+      model.parameters[at].value =
+          std::min(factor * model.parameters[at].value, model.parameters[at].upper);
   }
 }
 

@@ -15,4 +15,7 @@ namespace armukf {
 /// range moves from fit to fit, what a law's sizes mean does too.
 void cover_ranges(Model& model, const std::vector<Record>& records, const Propagation& propagation);
 
+/// Makes them wider by that factor, to their upper bounds at most.
+void widen_ranges(Model& model, double factor);
+
 }  // namespace armukf

@@ -51,6 +51,10 @@ std::vector<Trial> crossed(const std::vector<Trial>& trials, int position, const
   return all;
 }
 
+/// The motion that a range is to cover is simulated by a model that lacks the law, and it may be
+/// far off where much is missing: the same once more as far again by half.
+constexpr double kFurtherThanCovered = 1.5;
+
 /// What an effect frees stays within this factor of what was known of it: friction that lies
 /// further off is another law, and its parameters would follow whatever else is missing.
 constexpr double kFurthest = 10.0;
@@ -122,7 +126,10 @@ std::vector<Trial> law_trials_for(const Model& model, const std::vector<Record>&
     if (model.has_effect(effect) || !is_learnt_law(find_effect(effect))) continue;
     for (Trial& trial : trials_of(effect, model, {})) {
       cover_ranges(trial.model, pieces, propagation);
-      all.push_back(std::move(trial));
+      const std::vector<double> covered = trial.model.values();
+      all.push_back(trial);
+      widen_ranges(trial.model, kFurtherThanCovered);
+      if (trial.model.values() != covered) all.push_back(std::move(trial));
     }
   }
   return all;
