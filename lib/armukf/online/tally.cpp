@@ -11,6 +11,7 @@ void Tally::add(const Estimate& estimate) {
   } else {
     innovations_.skip();
   }
+  torques_.add(estimate);
 }
 
 }  // namespace armukf

@@ -5,6 +5,7 @@
 
 #include "armukf/core/innovation_statistics.hpp"
 #include "armukf/online/session.hpp"
+#include "armukf/online/torque_test.hpp"
 
 namespace armukf {
 
@@ -16,16 +17,18 @@ class Tally {
   std::size_t samples() const { return samples_; }
   std::size_t count(Status status) const { return counts_[static_cast<std::size_t>(status)]; }
   const InnovationStatistics& innovations() const { return innovations_; }
+  const TorqueTest& torques() const { return torques_; }
 
   template <class Archive>
   void archive(Archive& archive) {
-    archive(samples_, counts_, innovations_);
+    archive(samples_, counts_, innovations_, torques_);
   }
 
  private:
   std::size_t samples_ = 0;
   std::array<std::size_t, 5> counts_{};  // by Status
   InnovationStatistics innovations_;
+  TorqueTest torques_;
 };
 
 }  // namespace armukf
