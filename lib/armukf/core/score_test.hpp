@@ -14,9 +14,10 @@ namespace armukf {
 /// by T = g' (s^2 R)^-1 g, where g = sum r_k e_k, R = sum r_k r_k' and s^2 is the mean of e_k^2.
 /// For b = 0 each r_k e_k is a martingale difference, whatever feedback makes r_k, and T is
 /// chi-square of N degrees of freedom. An estimate that has parameters along some r_k makes T
-/// smaller, not larger. Sources: L. G. Godfrey, Misspecification tests in econometrics, 1988,
-/// section 1.5; T. S. Breusch, A. R. Pagan, Review of Economic Studies 47 (1980). Memory is
-/// constant.
+/// smaller, not larger. R is summed over every eighth k, the first of each eight, and counts as
+/// many times: terms last longer than that. Sources: L. G. Godfrey, Misspecification tests in
+/// econometrics, 1988, section 1.5; T. S. Breusch, A. R. Pagan, Review of Economic Studies 47
+/// (1980). Memory is constant.
 template <int N>
 class ScoreTest {
  public:
@@ -24,17 +25,18 @@ class ScoreTest {
 
   /// The innovation e over its standard deviation, and the terms r known before it, of any unit.
   void add(const Terms& r, double e) {
-    ++count_;
     squares_ += e * e;
-    for (int i = 0; i < N; ++i) {
-      score_[i] += r[i] * e;
+    for (int i = 0; i < N; ++i) score_[i] += r[i] * e;
+    if (count_++ % kEvery != 0) return;
+    ++summed_;
+    for (int i = 0; i < N; ++i)
       for (int j = 0; j < N; ++j) moments_[i][j] += r[i] * r[j];
-    }
   }
 
   /// Adds what another one has seen.
   ScoreTest& operator+=(const ScoreTest& other) {
     count_ += other.count_;
+    summed_ += other.summed_;
     squares_ += other.squares_;
     for (int i = 0; i < N; ++i) {
       score_[i] += other.score_[i];
@@ -69,18 +71,21 @@ class ScoreTest {
       }
     }
     if (terms == 0 || !(squares_ > 0.0)) return 1.0;
-    return chi_square_tail(explained * static_cast<double>(count_) / squares_, terms);
+    return chi_square_tail(explained * static_cast<double>(summed_) / squares_, terms);
   }
 
   template <class Archive>
   void archive(Archive& archive) {
-    archive(count_, squares_, score_, moments_);
+    archive(count_, summed_, squares_, score_, moments_);
   }
 
  private:
+  static constexpr std::size_t kEvery = 8;  // samples, of which one is summed for R
+
   double scale(int i) const { return moments_[i][i] > 0.0 ? 1.0 / std::sqrt(moments_[i][i]) : 0.0; }
 
   std::size_t count_ = 0;
+  std::size_t summed_ = 0;  // of these, for R
   double squares_ = 0.0;
   Terms score_{};
   std::array<Terms, N> moments_{};
