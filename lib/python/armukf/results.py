@@ -205,7 +205,8 @@ class Innovation:
     mean_nis: float
     ljung_box_p: float
     log_likelihood: float
-    model_lacks: bool = False  # a test: what is left is not noise, or not white
+    model_lacks: bool = False  # a test: what is left is not noise, not white, or goes with torques
+    torque_tests: dict[str, float] = field(default_factory=dict)  # by torque, the chance that noise does as much
     not_noise_percent: float = 0.0
 
 
