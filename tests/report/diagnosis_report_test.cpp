@@ -76,7 +76,7 @@ TEST(DiagnosisReport, TellsEveryEstimatedParameterBeforeAndAfter) {
 }
 
 TEST(DiagnosisReport, DrawsWhatWasLearntWithItsDeviation) {
-  DiagnosisSummary s = summary();
+  DiagnosisSummary s = summary(false);
   EXPECT_FALSE(diagnosis_json(s).contains("laws"));
   Model& model = s.diagnosis.after.model;
   model.add_effect("friction_curve");
