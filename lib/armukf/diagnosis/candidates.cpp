@@ -113,7 +113,7 @@ std::vector<Start> starts_on(const std::vector<ForesightFit>& bases, std::size_t
   // A law is linear in its sizes: where the step that is suggested goes too far, a fit goes the
   // right way from none of it.
   for (const Trial& trial : trials) {
-    if (!is_learnt_law(find_effect(trial.effect))) continue;
+    if (!is_learnt_law(trial.model.effects.back().effect)) continue;
     const Model none = with_values(trial.model, bases[base].model);
     starts.push_back({&trial, base, {0.0, none, extended(bases[base].x0, none)}});
   }
