@@ -17,6 +17,7 @@ import time
 from pathlib import Path
 
 from recursive_figures import Checks
+from soak_figures import tails_of
 from sweeps import PROGRAM, TRUTH, simulate
 
 RATE_HZ = 2000
@@ -73,8 +74,7 @@ def main():
     checks = Checks()
     with tempfile.TemporaryDirectory() as folder:
         record = simulate(options.program, Path(folder, "record.csv"), 1, 0.1, 0.0, TRUTH, RECORD_S * RATE_HZ)
-        tails = [line.split(",", 1)[1].encode() + b"\n"
-                 for line in record.read_text().splitlines() if line[0].isdigit()]
+        tails = [tail.encode() for tail in tails_of(record)]
         words = [options.program, "-", "--quiet", "--filter", options.filter, *["--watch"] * options.watch]
         if options.checkpoint:
             words += ["--checkpoint", f"{folder}/belief", "--every-s", "1"]

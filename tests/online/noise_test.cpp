@@ -12,12 +12,10 @@ namespace armukf {
 namespace {
 
 std::vector<Sample> record(const Model& model, int samples = 12000, std::uint64_t seed = 1) {
-  ExperimentSettings experiment;
-  experiment.samples = samples;
-  experiment.seed = seed;
-  experiment.sensor_noise = 0.3;
-  experiment.torque_disturbance = 0.2;
-  return simulate_experiment(model, experiment).record.samples;
+  return simulate_experiment(
+             model,
+             {.seed = seed, .samples = samples, .sensor_noise = 0.3, .torque_disturbance = 0.2})
+      .record.samples;
 }
 
 class EachFilter : public ::testing::TestWithParam<std::string> {

@@ -16,12 +16,10 @@ namespace {
 constexpr int kSamples = 16000;  // 8 s
 
 std::vector<Sample> record(const Model& plant, int samples, std::uint64_t seed = 1) {
-  ExperimentSettings experiment;
-  experiment.samples = samples;
-  experiment.seed = seed;
-  experiment.sensor_noise = 0.3;
-  experiment.torque_disturbance = 0.1;
-  return simulate_experiment(plant, experiment).record.samples;
+  return simulate_experiment(
+             plant,
+             {.seed = seed, .samples = samples, .sensor_noise = 0.3, .torque_disturbance = 0.1})
+      .record.samples;
 }
 
 /// An arm that has an effect of this size.
