@@ -29,6 +29,14 @@ bool any_begins(const std::vector<std::string>& lines, const std::string& text) 
 
 TEST(Portrait, SeesNothingInNoise) { EXPECT_TRUE(portrait_of(plain_record()).empty()); }
 
+TEST(Portrait, TellsASpringOfAnotherLaw) {
+  Model truth = published_estimate();
+  truth.add_effect("backlash");
+  truth.parameter("backlash").value = 0.01;  // rad
+  const Record record = simulate_experiment(truth, {.samples = 8000, .sensor_noise = 0.1}).record;
+  EXPECT_TRUE(any_begins(portrait_of(record), "a torque of the gear's spring"));
+}
+
 /// Friction of up to 0.2 N.m, more or less of it with the motor's angle, that is part of what moves
 /// the arm, and not of the column u.
 TEST(Portrait, TellsFrictionThatRepeatsWithTheAngle) {

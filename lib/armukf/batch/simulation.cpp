@@ -20,13 +20,16 @@ std::vector<double> simulate(const Model& model, const std::vector<double>& x0,
 
 std::vector<std::vector<double>> simulate_states(const Model& model, const std::vector<double>& x0,
                                                  const std::vector<Sample>& samples,
-                                                 const Propagation& propagation) {
+                                                 const Propagation& propagation,
+                                                 const Gains& gains) {
   std::vector<std::vector<double>> all(samples.size(),
                                        std::vector<double>(model.states.size(), kNaN));
-  visit_states(model, model.values(), x0, samples, propagation, recorded_input<double>(samples),
-               [&](std::size_t k, const auto& states, double /*speed*/) {
-                 std::copy_n(states.begin(), model.states.size(), all[k].begin());
-               });
+  visit_states(
+      model, model.values(), x0, samples, propagation, recorded_input<double>(samples),
+      [&](std::size_t k, const auto& states, double /*speed*/) {
+        std::copy_n(states.begin(), model.states.size(), all[k].begin());
+      },
+      Angles::kMeasured, gains);
   return all;
 }
 

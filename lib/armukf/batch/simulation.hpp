@@ -26,7 +26,8 @@ std::vector<double> simulate(const Model& model, const std::vector<double>& x0,
 /// The same as states, one per state of the model, at each sample.
 std::vector<std::vector<double>> simulate_states(const Model& model, const std::vector<double>& x0,
                                                  const std::vector<Sample>& samples,
-                                                 const Propagation& propagation);
+                                                 const Propagation& propagation,
+                                                 const Gains& gains = {});
 
 /// The measured speeds (rad/s) of a record.
 std::vector<double> speeds_of(const std::vector<Sample>& samples);

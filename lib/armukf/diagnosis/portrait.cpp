@@ -33,6 +33,7 @@ struct Instant {
   double torque;    // N.m, commanded
   double sign;      // of the speed, smooth
   double reversal;  // -1 to 1: bends with the motion, as dry friction does before it slips
+  double twist;     // rad, of the gear's spring
 };
 
 /// A torque that might act on the motor, as columns of what it could be made of.
@@ -66,14 +67,21 @@ std::vector<Probe> probes() {
        }},
       {"friction that grows with the load", 1,
        [](const Instant& at, int /*j*/) { return std::abs(at.torque) * at.sign; }},
+      // beside the straight and cubic parts that the model has
+      {"a torque of the gear's spring that is not as its law says", 3,
+       [](const Instant& at, int j) {
+         constexpr double kTouching = 0.01;  // rad
+         return std::array{at.twist * std::abs(at.twist), at.twist * at.twist,
+                           at.twist / std::hypot(at.twist, kTouching)}[j];
+       }},
       {"a torque that remembers reversals (hysteresis, presliding)", 1,
        [](const Instant& at, int /*j*/) { return at.reversal; }},
   };
 }
 
-/// speeds: rad/s, as the model predicts them, since a measured one brings its noise.
+/// states: as the model predicts them, since what is measured brings its noise.
 std::vector<Instant> instants(const std::vector<Record>& pieces,
-                              const std::vector<double>& speeds) {
+                              const std::vector<std::vector<double>>& states) {
   constexpr double kSlip = 0.1;  // rad, after which dry friction slips
   const std::vector<double> times = times_of(pieces);
   std::vector<Instant> all;
@@ -81,11 +89,13 @@ std::vector<Instant> instants(const std::vector<Record>& pieces,
     double bent = 0.0;
     double last = piece.samples.front().t;
     for (const Sample& s : piece.samples) {
-      const double speed = speeds[all.size()];
+      const std::vector<double>& x = states[all.size()];
+      const double speed = x[kSpeedMotor];
       bent = std::clamp(bent + speed * (s.t - last) / kSlip, -1.0, 1.0);
       last = s.t;
       const double time = times[all.size()];
-      all.push_back({time / times.back(), time, speed, s.u, std::tanh(speed / kStandstill), bent});
+      all.push_back({time / times.back(), time, speed, s.u, std::tanh(speed / kStandstill), bent,
+                     x[kTwistGear]});
     }
   }
   return all;
@@ -142,7 +152,7 @@ std::vector<std::string> portrait(const FittedModel& fit, const std::vector<Reco
                                   const std::vector<double>& innovations,
                                   const Propagation& propagation) {
   const ScoreTest test(fit.model, fit.x0, pieces, propagation);
-  const std::vector<Instant> motion = instants(pieces, test.prediction());
+  const std::vector<Instant> motion = instants(pieces, test.states());
   std::vector<Probe> tried = probes();
   const std::vector<double> t = times_of(pieces);
   for (const std::vector<double>& e : {fit.residual, innovations}) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "armukf/batch/pieces.hpp"
 #include "armukf/batch/sensitivity.hpp"
@@ -49,13 +50,20 @@ ScoreTest::ScoreTest(const Model& model, const StatesOfPieces& x0,
       pieces_(pieces),
       propagation_(propagation),
       gains_(gains),
-      prediction_(own.y),
       counts_(counted(pieces, gains_)),
       stretches_(stretches_of(pieces, counts_)),
       explained_(orthonormal_basis(own.columns(counts_, Eigen::all))),
       leverage_(explained_),
       error_(own.error(counts_)) {
   project(error_);
+}
+
+std::vector<std::vector<double>> ScoreTest::states() const {
+  std::vector<std::vector<double>> all;
+  for (std::size_t e = 0; e < pieces_.size(); ++e)
+    std::ranges::move(simulate_states(model_, x0_[e], pieces_[e].samples, propagation_, gains_[e]),
+                      std::back_inserter(all));
+  return all;
 }
 
 void ScoreTest::project(Eigen::Ref<Eigen::MatrixXd> columns) const {

@@ -40,8 +40,8 @@ class ScoreTest {
   /// torques: N.m at each sample, a column each.
   Score operator()(const Eigen::MatrixXd& torques) const;
 
-  /// rad/s, one sample ahead, at each sample.
-  const std::vector<double>& prediction() const { return prediction_; }
+  /// The model's states at each sample, as the model foretells them one sample ahead.
+  std::vector<std::vector<double>> states() const;
 
  private:
   ScoreTest(const Model& model, const StatesOfPieces& x0, const std::vector<Record>& pieces,
@@ -58,7 +58,6 @@ class ScoreTest {
   const std::vector<Record>& pieces_;
   const Propagation& propagation_;
   std::vector<Gains> gains_;
-  std::vector<double> prediction_;
   std::vector<Eigen::Index> counts_;  // samples that do
   std::vector<Stretch> stretches_;    // of those, a piece each
   Eigen::MatrixXd explained_;         // orthonormal columns: what the model's parameters explain
