@@ -81,7 +81,7 @@ void diagnose(DiagnoseOptions& o) {
             [&](std::string_view stage, double share) { progress.show(stage, share); });
   progress.wipe();
   summary.estimation = estimation.name;
-  summary.validation = judges_text(o.validation);
+  summary.validation = o.validation;
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   summary.seconds = taken.count();
   write_report(o.report, diagnosis_text(summary), diagnosis_json(summary));
@@ -105,6 +105,8 @@ void add_diagnose(CLI::App& program) {
       "alone get better, in every judge and on most parts of it. p-values count all that was\n"
       "looked at: every candidate, and every line of the spectra that harmonics and frequencies\n"
       "come from.\n"
+      "Where FILE shows nothing that is missing and the validation records do, these are fitted,\n"
+      "and FILE is only to be foretold as well as before.\n"
       "Before and after also tell the free simulation where an effect follows the motor's angle.");
   const auto o = std::make_shared<DiagnoseOptions>();
   command.add_option("FILE", o->input, "the record to fit, as CSV; - is standard input")

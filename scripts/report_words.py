@@ -118,6 +118,8 @@ def sure(found):
     own = found["files"]["validation"].startswith("blocks")
     parts.append("Judged on blocks of the record, each by a fit that had not seen it." if own else
                  f"Judged on {found['files']['validation']}, to which nothing was fitted.")
+    if other := found["files"].get("shows_nothing"):
+        parts.append(f"{other} does not excite it, and is foretold as well with it as without.")
     base = found.get("base_fit")
     if base and base["starts_agreeing"] < 2:
         parts.append(f"But the {base['starts']} starts of the first fit end apart: this may trace a poor fit.")

@@ -29,10 +29,8 @@ py::tuple diagnosed(const NamedRows& rows, const std::vector<NamedRows>& validat
   settings.longest_gap_s = start.settings.gate.longest_gap_s;
   settings.most_effects = most_effects;
   settings.threads = threads;
-  std::vector<std::string> judges;
-  for (const Record& record : validation) judges.push_back(record.name);
-  DiagnosisSummary summary{
-      .diagnosis = {}, .estimation = rows.first, .validation = judges_text(judges)};
+  DiagnosisSummary summary{.diagnosis = {}, .estimation = rows.first, .validation = {}};
+  for (const Record& record : validation) summary.validation.push_back(record.name);
   std::string json;
   {
     const py::gil_scoped_release unlocked;

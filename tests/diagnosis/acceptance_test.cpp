@@ -61,6 +61,20 @@ TEST(Acceptance, IsNotUnsettledByOneBlockThatGainsMost) {
   EXPECT_EQ(refusal(evidence, {}), "");
 }
 
+TEST(Acceptance, AsksOfWhatGuardsOnlyThatItGetsNoWorse) {
+  Evidence evidence = lower_at(kFar, 0.2);
+  evidence.witnesses.push_back({"a record that does not excite it", ones(), ones(), true});
+  const double merit = lower_at(kFar, 0.2).merit(kFar);
+  EXPECT_EQ(refusal(evidence, {}), "");
+  EXPECT_EQ(evidence.merit(kFar), merit);
+  EXPECT_EQ(evidence.falls(kFar).size(), static_cast<std::size_t>(kForesightBlocks));
+  for (const Horizon horizon : {kNear, kMiddle, kFar}) {
+    Evidence worse = evidence;
+    worse.witnesses[1].after.all[horizon] = 1.1;
+    EXPECT_NE(refusal(worse, {}), "") << horizon;
+  }
+}
+
 /// Half of the blocks of each record say little; those of both together are enough.
 TEST(Acceptance, PoolsTheBlocksOfAllWitnesses) {
   Evidence one = lower_at(kFar, 0.2);

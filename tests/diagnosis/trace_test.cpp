@@ -128,6 +128,33 @@ TEST(Trace, DoesNotTakeAPeriodicSourceForAFlexibleMode) {
   }));
 }
 
+double largest_torque(const Record& record) {
+  double most = 0.0;
+  for (const Sample& sample : record.samples) most = std::max(most, std::abs(sample.u));
+  return most;
+}
+
+/// A drive that gives half of what is commanded beyond the torque that a gentle record takes:
+/// that record shows nothing of it.
+TEST(Trace, TakesTheValidationRecordWhereOnlyThatOneShowsWhatIsMissing) {
+  const ReferenceShape gentle{.multisine_peak = 10.0, .square_amplitude = 13.0};
+  const Record estimation =
+      simulate_experiment(published_estimate(),
+                          {.samples = 8000, .sensor_noise = 0.1, .reference = gentle})
+          .record;
+  Record validation = record_of(published_estimate(), ExperimentKind::kValidation1);
+  const double knee = largest_torque(estimation);
+  for (Sample& sample : validation.samples)
+    if (const double beyond = std::abs(sample.u) - knee; beyond > 0.0)
+      sample.u += std::copysign(beyond, sample.u);
+  const Diagnosis diagnosis = trace(published_arm(), {estimation}, {validation}, {});
+  EXPECT_TRUE(diagnosis.of_validation);
+  EXPECT_FALSE(diagnosis.validated);
+  ASSERT_FALSE(diagnosis.effects.empty());
+  EXPECT_EQ(diagnosis.effects[0].effect, "torque_curve");
+  EXPECT_LT(diagnosis.after_validation_measures.mse, 0.4 * diagnosis.before_validation.mse);
+}
+
 /// The record without three parts of it, and with its clock set once.
 Record with_gaps(const Record& record) {
   Record left{record.name, {}};

@@ -13,7 +13,7 @@ namespace {
 DiagnosisSummary summary(bool angle) {
   DiagnosisSummary s;
   s.estimation = "a.csv";
-  s.validation = "b.csv";
+  s.validation = {"b.csv"};
   s.diagnosis.validated = true;
   s.diagnosis.base.best.model = published_arm();
   s.diagnosis.after.model = published_arm();
@@ -88,6 +88,19 @@ TEST(DiagnosisReport, DrawsWhatWasLearntWithItsDeviation) {
   EXPECT_EQ(law["unit"], "rad/s");
   ASSERT_EQ(law["at"].size(), law["sd"].size());
   EXPECT_GT(law["sd"].back().get<double>(), 0.0);
+}
+
+TEST(DiagnosisReport, TellsWhichRecordShowsWhatIsMissing) {
+  DiagnosisSummary s = summary(true);
+  EXPECT_EQ(diagnosis_json(s)["files"]["estimation"], "a.csv");
+  EXPECT_FALSE(diagnosis_json(s)["files"].contains("shows_nothing"));
+  s.diagnosis.of_validation = true;
+  s.diagnosis.validated = false;
+  const nlohmann::ordered_json files = diagnosis_json(s)["files"];
+  EXPECT_EQ(files["estimation"], "b.csv");
+  EXPECT_EQ(files["validation"], "blocks of it that are left out in turn");
+  EXPECT_EQ(files["shows_nothing"], "a.csv");
+  EXPECT_TRUE(says(diagnosis_text(s), "a.csv shows nothing of what is missing"));
 }
 
 TEST(DiagnosisReport, NamesExperimentsThatTellEffectsApart) {

@@ -19,7 +19,7 @@ std::ptrdiff_t better(const std::vector<double>& falls) {
 bool helps_at(Horizon horizon, const Evidence& e, const AcceptanceSettings& s) {
   const double least = horizon == kMiddle ? s.middle_help : s.far_help;
   for (const Witness& w : e.witnesses) {
-    if (!(w.help(horizon) >= least)) return false;
+    if (!(w.help(horizon) >= (w.guards ? -s.most_harm : least))) return false;
     for (int shorter = kMiddle; shorter < horizon; ++shorter)
       if (!(w.help(static_cast<Horizon>(shorter)) >= -s.most_harm)) return false;
   }
@@ -70,6 +70,7 @@ double steadiness(const std::vector<double>& falls) {
 std::vector<double> Evidence::falls(Horizon horizon) const {
   std::vector<double> all;
   for (const Witness& w : witnesses) {
+    if (w.guards) continue;
     const std::vector<double> own = w.falls(horizon);
     all.insert(all.end(), own.begin(), own.end());
   }
@@ -80,7 +81,7 @@ double Evidence::merit(Horizon horizon) const {
   double sum = 0.0;
   for (const Witness& w : witnesses)
     for (const int h : {horizon - 1, static_cast<int>(horizon)})
-      sum += std::log(w.before.all[h] / w.after.all[h]);
+      if (!w.guards) sum += std::log(w.before.all[h] / w.after.all[h]);
   return std::isfinite(sum) ? sum : -kInfinite;
 }
 

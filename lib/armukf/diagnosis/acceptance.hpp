@@ -14,6 +14,7 @@ struct Witness {
   std::string_view what;  // was foretold
   ForesightErrors before;
   ForesightErrors after;
+  bool guards = false;  // only that nothing gets worse
 
   /// Share by which the error falls.
   double help(Horizon horizon) const { return 1.0 - after.all[horizon] / before.all[horizon]; }
@@ -33,11 +34,11 @@ struct Evidence {
   std::string at_bound;    // a shape's name that the fit has pressed against its least value
   std::vector<Witness> witnesses;
 
-  /// Of the blocks of all witnesses.
+  /// Of the blocks of all witnesses but those that guard.
   std::vector<double> falls(Horizon horizon) const;
 
   /// Of two explanations that show at a horizon the one with more of it goes first: the fall of the
-  /// errors' logarithms there and at the one before, over all witnesses.
+  /// errors' logarithms there and at the one before, over the same witnesses.
   double merit(Horizon horizon) const;
 };
 

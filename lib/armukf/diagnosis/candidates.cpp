@@ -195,8 +195,8 @@ void judge(const Explained& now, const TraceRecords& records, const Looks& looks
   evidence.witnesses.push_back(
       {"blocks left out of the fit", now.estimation, refit.explained.estimation});
   if (!records.validation.empty())
-    evidence.witnesses.push_back(
-        {"the validation record", now.validation, refit.explained.validation});
+    evidence.witnesses.push_back({"the validation record", now.validation,
+                                  refit.explained.validation, records.validation_guards});
   const Distance from_none = distance_from_none(refit.trial, now.fit.model, fit);
   evidence.statistic = from_none.squared;
   if (from_none.directions > 0)

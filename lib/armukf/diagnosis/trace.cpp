@@ -8,6 +8,7 @@
 #include <iterator>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "armukf/batch/pieces.hpp"
 #include "armukf/batch/simulation.hpp"
@@ -130,8 +131,8 @@ FittedModel without_each_block(const FittedModel& fit, const TraceRecords& recor
 
 /// What judges, and how the fitted model does there.
 FittedModel judged(const FittedModel& fit, const TraceRecords& records) {
-  return records.validation.empty() ? without_each_block(fit, records)
-                                    : placed(fit.model, records.validation, records.propagation);
+  return records.validation_judges() ? placed(fit.model, records.validation, records.propagation)
+                                     : without_each_block(fit, records);
 }
 
 /// Parameters that the slow filter's fit has told, with their deviations. They are kept as they are
@@ -207,7 +208,7 @@ FittedModel finished(const Explained& now, const Held& held, const TraceRecords&
       fitted(start.model, start.x0, records.estimation, records.propagation, kLong);
   const Explained simulated = explained(refitted.model, slow.fit.x0, records, kSimulated);
   const auto far = [&](const Explained& e) {
-    return (records.validation.empty() ? e.estimation : e.validation).all[kLast];
+    return (records.validation_judges() ? e.validation : e.estimation).all[kLast];
   };
   if (far(simulated) < std::min(far(slow), far(now))) return refitted;
   return far(slow) < far(now) ? start : simulated_from(now, held, records);
@@ -235,20 +236,21 @@ Measures measures_of(const FittedModel& fit, const std::vector<Record>& pieces, 
           ljung_box_p(ahead.errors)};
 }
 
-/// What is left of the estimation record, and of the other one if more is left of it: what shows up
-/// there only has not been told by any fit.
-std::vector<std::string> unexplained(const Simulated& now, const TraceRecords& records) {
-  const auto left_of = [&](const FittedModel& fit, const std::vector<Record>& pieces) {
-    return portrait(fit, pieces, one_step(fit, pieces, records.propagation).errors,
-                    records.propagation);
-  };
-  std::vector<std::string> left = left_of(now.estimation, records.estimation);
+std::vector<std::string> left_of(const FittedModel& fit, const std::vector<Record>& pieces,
+                                 const Propagation& propagation) {
+  return portrait(fit, pieces, one_step(fit, pieces, propagation).errors, propagation);
+}
+
+/// What is left of the validation records, if that is more than of the estimation records: what
+/// shows up there only has not been told by any fit.
+std::vector<std::string> more_left(const Simulated& now, const TraceRecords& records) {
   const double ratio = now.validation.mse / now.estimation.mse;
-  if (records.validation.empty() || ratio < kMoreLeft) return left;
-  const std::vector<std::string> there = left_of(now.validation, records.validation);
-  if (there.empty()) return left;  // more noise, or more of it that drifts
-  left.push_back(fmt::format("the validation error is {:.1f} times that of the estimation", ratio));
-  for (const std::string& text : there) left.push_back("in the validation record: " + text);
+  if (!records.validation_judges() || ratio < kMoreLeft) return {};
+  std::vector<std::string> left = left_of(now.validation, records.validation, records.propagation);
+  if (left.empty()) return left;  // more noise, or more of it that drifts
+  for (std::string& text : left) text = "in the validation record: " + text;
+  left.insert(left.begin(),
+              fmt::format("the validation error is {:.1f} times that of the estimation", ratio));
   return left;
 }
 
@@ -355,25 +357,32 @@ bool does_as_well(double mse, double other, double share) {
   return std::isfinite(mse) && mse <= (1.0 + share) * other;
 }
 
-Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
-                const std::vector<Record>& validation, const TraceSettings& settings,
-                const TraceProgress& progress) {
+namespace {
+
+struct Traced {
+  Diagnosis diagnosis;
+  bool more_there = false;  // whether more is left of the validation records
+};
+
+/// One way to use the records.
+Traced traced(const Model& model, const TraceRecords& records, const TraceSettings& settings,
+              const TraceProgress& progress) {
   const auto say = [&](std::string_view stage, double share) {
     if (progress) progress(stage, share);
   };
-  const TraceRecords records = trace_records(estimation, validation, settings.propagation,
-                                             settings.longest_gap_s, settings.threads);
-  Diagnosis diagnosis;
+  Traced result;
+  Diagnosis& diagnosis = result.diagnosis;
   say("base fit", 0.0);
   diagnosis.base = base_fit(model, records.estimation, settings.propagation, settings.threads);
   const Bases first = bases_of(model, diagnosis.base.best.model, records);
   add_start(first.best, records, diagnosis.base);
-  check_fit(diagnosis.base.best, estimation, "the model, fitted to it,");
-  diagnosis.validated = !validation.empty();
-  diagnosis.judges = validation.empty() ? blocks_of(records.estimation).pieces : records.validation;
+  check_fit(diagnosis.base.best, records.estimation, "the model, fitted to it,");
+  diagnosis.validated = records.validation_judges();
+  diagnosis.judges =
+      diagnosis.validated ? records.validation : blocks_of(records.estimation).pieces;
   Simulated simulated{diagnosis.base.best, judged(diagnosis.base.best, records)};
-  check_fit(simulated.validation, validation.empty() ? estimation : validation,
-            fmt::format("the model fitted to {}", estimation.front().name));
+  check_fit(simulated.validation, diagnosis.judges,
+            fmt::format("the model fitted to {}", records.estimation.front().name));
   diagnosis.base_validation = simulated.validation;
   std::vector<ForesightFit> bases = first.all;
   Explained now = first.best;
@@ -399,7 +408,9 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
         const std::vector<Trial> laws =
             law_trials_for(slow.fit.model, records.estimation, records.propagation);
         looks.merge(looks_of(laws));
-        add(compete(slow, {slow.fit}, laws), found);
+        std::vector<ForesightFit> on{slow.fit};  // a law's lack may have led it far astray
+        on.insert(on.end(), bases.begin(), bases.end());
+        add(compete(slow, on, laws), found);
         chosen = best_found(found.refits);
       }
     }
@@ -434,7 +445,10 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
   diagnosis.before_validation = measures(diagnosis.base_validation, diagnosis.judges);
   diagnosis.after_estimation = measures(simulated.estimation, records.estimation);
   diagnosis.after_validation_measures = measures(simulated.validation, diagnosis.judges);
-  diagnosis.unexplained = unexplained(simulated, records);
+  diagnosis.unexplained = left_of(simulated.estimation, records.estimation, records.propagation);
+  const std::vector<std::string> there = more_left(simulated, records);
+  std::ranges::copy(there, std::back_inserter(diagnosis.unexplained));
+  result.more_there = !there.empty();
   diagnosis.consistency = consistency_of(now, records);
   for (std::string& text : disagreements(diagnosis.consistency, now.fit.model))
     diagnosis.unexplained.push_back(std::move(text));
@@ -443,7 +457,29 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
   } else if (!diagnosis.unexplained.empty()) {
     diagnosis.verdict = Verdict::kUnexplained;
   }
-  return diagnosis;
+  return result;
+}
+
+}  // namespace
+
+Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
+                const std::vector<Record>& validation, const TraceSettings& settings,
+                const TraceProgress& progress) {
+  TraceRecords records = trace_records(estimation, validation, settings.propagation,
+                                       settings.longest_gap_s, settings.threads);
+  Traced first = traced(model, records, settings, progress);
+  if (!first.more_there || !first.diagnosis.effects.empty()) return std::move(first.diagnosis);
+  std::swap(records.estimation, records.validation);
+  records.validation_guards = true;
+  Diagnosis other = traced(model, records, settings, [&](std::string_view stage, double share) {
+                      if (progress) progress(fmt::format("validation record, {}", stage), share);
+                    }).diagnosis;
+  const double error =
+      other.after.mse + placed(other.after.model, records.validation, records.propagation).mse;
+  const double before = first.diagnosis.base.best.mse + first.diagnosis.base_validation.mse;
+  if (other.effects.empty() || !does_as_well(error, before, 0.0)) return std::move(first.diagnosis);
+  other.of_validation = true;
+  return other;
 }
 
 }  // namespace armukf

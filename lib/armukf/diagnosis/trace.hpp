@@ -62,6 +62,7 @@ struct Diagnosis {
   FittedModel after;            // on the pieces of the estimation records
   std::vector<Record> judges;   // pieces of the validation records, or the blocks left out in turn
   bool validated = false;       // by records of their own
+  bool of_validation = false;   // what is missing shows in these only, and they were fitted instead
   FittedModel base_validation;  // on these
   FittedModel after_validation;
   Measures before_estimation, before_validation, after_estimation, after_validation_measures;
@@ -93,6 +94,10 @@ bool does_as_well(double mse, double other, double share);
 /// each effect found is tried for removal. Predictions are of blocks of the estimation records by a
 /// model that was fitted without them, and of the validation records where there are any. Each
 /// piece of a record between its gaps (pieces_of) counts as a record of its own.
+///
+/// Where nothing is found and more is left of the validation records, beyond chance, they excite
+/// what the others do not: then they are traced in their stead, judged by blocks left out, and what
+/// is found must not make predictions of the estimation records worse.
 ///
 /// Throws InputError where records are too short, excite too little, or are of another arm, and
 /// where both are the same.

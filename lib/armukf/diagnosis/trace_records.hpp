@@ -13,6 +13,10 @@ struct TraceRecords {
   std::vector<Record> validation;  // never fitted; may be none
   Propagation propagation;
   int threads = 0;
+  bool validation_guards = false;  // it need not get better, as long as it does not get worse
+
+  /// Blocks left out of the fit do where no other record does.
+  bool validation_judges() const { return !validation.empty() && !validation_guards; }
 };
 
 /// Throws InputError where records are too short or excite too little, and where a record of both

@@ -219,12 +219,17 @@ std::string candidates_text(const Diagnosis& d) {
   return text;
 }
 
-}  // namespace
-
-std::string judges_text(const std::vector<std::string>& validation) {
-  if (validation.empty()) return "blocks of it that are left out in turn";
-  return fmt::format("{}", fmt::join(validation, ", "));
+std::string fitted_text(const DiagnosisSummary& s) {
+  return s.diagnosis.of_validation ? fmt::format("{}", fmt::join(s.validation, ", "))
+                                   : s.estimation;
 }
+
+std::string judges_text(const DiagnosisSummary& s) {
+  return s.diagnosis.validated ? fmt::format("{}", fmt::join(s.validation, ", "))
+                               : "blocks of it that are left out in turn";
+}
+
+}  // namespace
 
 Json diagnosis_json(const DiagnosisSummary& s) {
   const Diagnosis& d = s.diagnosis;
@@ -234,7 +239,9 @@ Json diagnosis_json(const DiagnosisSummary& s) {
   for (const Candidate& candidate : d.candidates) candidates.push_back(candidate_json(candidate));
   Json consistency = Json::array();
   for (const Consistency& c : d.consistency) consistency.push_back(consistency_json(c));
-  Json json{{"files", {{"estimation", s.estimation}, {"validation", s.validation}}},
+  Json files{{"estimation", fitted_text(s)}, {"validation", judges_text(s)}};
+  if (d.of_validation) files["shows_nothing"] = s.estimation;
+  Json json{{"files", files},
             {"base_fit", {{"starts", d.base.starts()}, {"starts_agreeing", d.base.agreeing()}}},
             {"before",
              {{"estimation", measures_json(d.before_estimation)},
@@ -257,9 +264,13 @@ Json diagnosis_json(const DiagnosisSummary& s) {
 std::string diagnosis_text(const DiagnosisSummary& s) {
   const Diagnosis& d = s.diagnosis;
   std::string text = fmt::format("base fit to {}: {:.2f} %{}, {} of {} starts agree\n",
-                                 s.estimation, d.base.best.fit_percent,
+                                 fitted_text(s), d.base.best.fit_percent,
                                  d.base.best.model.has_angle() ? " over the measured angle" : "",
                                  d.base.agreeing(), d.base.starts());
+  if (d.of_validation)
+    text += fmt::format(
+        "  note: {} shows nothing of what is missing, and is foretold as well with it\n",
+        s.estimation);
   if (d.base.agreeing() < 2)
     text += "  note: the starts disagree; what follows may trace a bad minimum\n";
   text += candidates_text(d);
@@ -267,7 +278,7 @@ std::string diagnosis_text(const DiagnosisSummary& s) {
   for (const FoundEffect& effect : d.effects) text += effect_text(d, effect);
   text += measures_text(d);
   if (!d.unexplained.empty()) {
-    text += fmt::format("left of {}:\n", s.estimation);
+    text += fmt::format("left of {}:\n", fitted_text(s));
     for (const std::string& line : d.unexplained) text += fmt::format("  {}\n", line);
   }
   return text + fmt::format("{:.1f} s\n", s.seconds);

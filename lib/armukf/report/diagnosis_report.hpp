@@ -11,13 +11,10 @@ namespace armukf {
 /// All that a diagnosis ends with.
 struct DiagnosisSummary {
   Diagnosis diagnosis;
-  std::string estimation;  // file
-  std::string validation;  // what judged
+  std::string estimation;               // file
+  std::vector<std::string> validation;  // files
   double seconds = 0.0;
 };
-
-/// What judges beside these validation records, in words.
-std::string judges_text(const std::vector<std::string>& validation);
 
 /// The summary as JSON, and as text for a person.
 nlohmann::ordered_json diagnosis_json(const DiagnosisSummary& summary);
