@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "armukf/batch/experiment.hpp"
+#include "armukf/core/constants.hpp"
 #include "armukf/online/recursion.hpp"
 
 namespace armukf {
@@ -26,6 +27,12 @@ bool is_said_to_lack(const EstimateSummary& summary) {
   const bool in_json = estimate_json(summary)["innovation"]["model_lacks"].get<bool>();
   EXPECT_EQ(in_words, in_json);
   return in_json;
+}
+
+TEST(SimulationText, NamesNoFitThatIsNotANumber) {
+  EXPECT_EQ(simulation_text(kNaN, 0.25, {}), "no fit where y does not vary, MSE 0.25 (rad/s)^2");
+  EXPECT_EQ(simulation_text(99.5, 0.25, {}), "fit 99.50 %, MSE 0.25 (rad/s)^2");
+  EXPECT_EQ(simulation_text(99.5, kInfinite, {}), "cannot be simulated with these values");
 }
 
 TEST(ModelLacks, ASlowTorque) {

@@ -20,6 +20,14 @@ double radian_rate(double hertz) { return 2.0 * std::numbers::pi * hertz; }
 
 }  // namespace
 
+TorqueTest::Sums& TorqueTest::Sums::operator+=(const Sums& other) {
+  friction += other.friction;
+  angle += other.angle;
+  springs += other.springs;
+  modes += other.modes;
+  return *this;
+}
+
 void TorqueTest::add(const Estimate& estimate) {
   const double dt = estimate.sample.t - t_;
   if (known_ && estimate.status != Status::kGap) {
@@ -85,10 +93,7 @@ void TorqueTest::remember(const Estimate& estimate) {
 TorqueTestResult TorqueTest::result() const {
   if (!has_settled()) return {};
   Sums sums = before_;
-  sums.friction += since_.friction;
-  sums.angle += since_.angle;
-  sums.springs += since_.springs;
-  sums.modes += since_.modes;
+  sums += since_;
   return {sums.friction.p(), sums.angle.p(), sums.springs.p(0, kOwnTorques),
           sums.springs.p(kOwnTorques), sums.modes.p()};
 }

@@ -56,6 +56,8 @@ class TorqueTest {
     ScoreTest<8> springs;
     ScoreTest<2 * kModes> modes;
 
+    Sums& operator+=(const Sums& other);
+
     template <class Archive>
     void archive(Archive& archive) {
       archive(friction, angle, springs, modes);

@@ -286,7 +286,9 @@ nlohmann::ordered_json simulation_json(const ClosingSimulation& s) {
 
 std::string simulation_text(double percent, double mse, const std::optional<ErrorSums>& free) {
   if (!std::isfinite(mse)) return "cannot be simulated with these values";
-  std::string text = fmt::format("fit {:.2f} %, MSE {:.5g} (rad/s)^2", percent, mse);
+  std::string text = std::isnan(percent)
+                         ? fmt::format("no fit where y does not vary, MSE {:.5g} (rad/s)^2", mse)
+                         : fmt::format("fit {:.2f} %, MSE {:.5g} (rad/s)^2", percent, mse);
   if (!free) return text;
   return fmt::format("{} over the measured angle (free: {})", text,
                      simulation_text(fit_percent(*free), mean_square_error(*free), {}));
