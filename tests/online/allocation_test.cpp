@@ -42,5 +42,31 @@ TEST_P(NothingAllocated, ByStepsThatAreWatchedUnlessSomethingChanges) {
 
 INSTANTIATE_TEST_SUITE_P(All, NothingAllocated, testing::Values("", "torque_ripple"));
 
+/// A torque constant that falls by 12 % in ten minutes: the session forgets, and what drifts is
+/// followed.
+TEST(NothingAllocatedBy, StepsInWhichSomethingWears) {
+  constexpr double kRate = 2e-4;  // 1/s
+  ExperimentSettings experiment;
+  experiment.samples = 110000;
+  experiment.sensor_noise = 0.1;
+  experiment.torque_disturbance = 0.05;
+  Record record = simulate_experiment(published_estimate(), experiment).record;
+  const EstimatorSettings settings;
+  Session session(published_arm(), settings);
+  Watch watch(published_arm(), settings);
+  constexpr double kSettled = 4.5;  // s
+  std::size_t before = 0;
+  for (Sample& sample : record.samples) {
+    sample.u /= 1.0 - kRate * sample.t;
+    if (sample.t < kSettled) before = allocations;
+    const Estimate estimate = session.step(sample);
+    ASSERT_TRUE(watch.see(session, sample, estimate).empty()) << sample.t;
+  }
+  EXPECT_EQ(allocations - before, 0U);
+  bool found = false;
+  for (const Trend& trend : watch.trends()) found |= trend.what == "torque_gain" && trend.drifts;
+  EXPECT_TRUE(found);
+}
+
 }  // namespace
 }  // namespace armukf

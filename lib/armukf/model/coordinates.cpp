@@ -33,30 +33,42 @@ FreeCoordinates::Kind FreeCoordinates::kind_of(int parameter) const {
   return std::isfinite(p.lower) ? Kind::kLog : Kind::kLinear;
 }
 
+void FreeCoordinates::take_known(const std::vector<double>& p) {
+  free_share_ = 1.0;
+  for (const int i : knowns_) {
+    parameters_[i].value = p[i];
+    if (parameters_[i].share) free_share_ -= p[i];
+  }
+}
+
 std::vector<double> FreeCoordinates::from_physical(const std::vector<double>& p) const {
+  std::vector<double> z(unknowns_.size());
+  from_physical(p, z.data());
+  return z;
+}
+
+void FreeCoordinates::from_physical(const std::vector<double>& p, double* z) const {
   double rest = 1.0;  // that of the mass whose share is no parameter
   for (std::size_t i = 0; i < parameters_.size(); ++i)
     if (parameters_[i].share) rest -= p[i];
-  std::vector<double> z;
   for (int k = 0; k < size(); ++k) {
     const Parameter& parameter = parameters_[unknowns_[k]];
     const double value = inside(parameter, p[unknowns_[k]]);
     switch (kinds_[k]) {
       case Kind::kShare:
-        z.push_back(std::log(value / rest));
+        z[k] = std::log(value / rest);
         break;
       case Kind::kLog:
-        z.push_back(std::log(value - parameter.lower));
+        z[k] = std::log(value - parameter.lower);
         break;
       case Kind::kInterval:
-        z.push_back(std::log((value - parameter.lower) / (parameter.upper - value)));
+        z[k] = std::log((value - parameter.lower) / (parameter.upper - value));
         break;
       case Kind::kLinear:
-        z.push_back(value);
+        z[k] = value;
         break;
     }
   }
-  return z;
 }
 
 double FreeCoordinates::slope(int position, double value) const {

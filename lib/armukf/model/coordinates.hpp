@@ -35,6 +35,11 @@ class FreeCoordinates {
   /// The free coordinates of given parameter values (one per parameter of the model). A value on
   /// its bound, which no z reaches, is first moved inside by the parameter's scale.
   std::vector<double> from_physical(const std::vector<double>& p) const;
+  /// The same into z, which has room for them: nothing is allocated.
+  void from_physical(const std::vector<double>& p, double* z) const;
+
+  /// Known parameters have these values from now on (one per parameter of the model).
+  void take_known(const std::vector<double>& p);
 
   /// Standard deviations of the unknowns' physical values (first order), in the order of z, from
   /// their physical values p (one per parameter of the model) and cov(z_i, z_j) = covariance(i, j).

@@ -128,9 +128,10 @@ class Engine {
 
   /// Believes these parameters (one value per parameter of the model) with their prior spread.
   void believe_parameters(const std::vector<double>& p) {
-    const std::vector<double> z = coordinates_->from_physical(p);
+    std::array<double, kMaxParameters> z;
+    coordinates_->from_physical(p, z.data());
     const int first = states();
-    std::copy(z.begin(), z.end(), filter_.mean().begin() + first);
+    std::copy_n(z.begin(), coordinates_->size(), filter_.mean().begin() + first);
     refresh_parameters();
     for (int k = 0; k < coordinates_->size(); ++k)
       filter_.forget(first + k, believed_spread_ * prior_sd(k));
@@ -142,8 +143,8 @@ class Engine {
   /// which that knows nothing keep their prior. A covariance that is none is left out.
   void believe(const ParameterBelief& earlier) {
     const int n = coordinates_->size();
-    const SquareMatrix physical = with_prior(earlier);
-    SquareMatrix L(n);
+    const SmallSquare physical = with_prior(earlier);
+    SmallSquare L;
     for (int j = 0; j < n; ++j) {
       for (int i = j; i < n; ++i) {
         double sum = coordinates_->free_covariance(i, j, parameters_.data(), physical);
@@ -315,6 +316,17 @@ class Engine {
   }
 
  private:
+  /// As large as there may be unknowns, so that a belief can be changed while it runs without
+  /// allocating.
+  class SmallSquare {
+   public:
+    double& operator()(int i, int j) { return entries_[i][j]; }
+    double operator()(int i, int j) const { return entries_[i][j]; }
+
+   private:
+    std::array<std::array<double, kMaxParameters>, kMaxParameters> entries_{};
+  };
+
   static constexpr double kLeastSpeedSd =
       1e-3;                                    // rad/s: a belief without sensor noise stays regular
   static constexpr double kAnySpeedSd = 30.0;  // rad/s: what an axis of a robot may be doing
@@ -333,7 +345,7 @@ class Engine {
   };
 
   /// Covariance of the unknowns' physical values, the prior's where the earlier belief has none.
-  SquareMatrix with_prior(const ParameterBelief& earlier) const {
+  SmallSquare with_prior(const ParameterBelief& earlier) const {
     const int n = coordinates_->size();
     const auto place = [&](int k) {
       const std::string& name = model_->parameters[coordinates_->unknowns()[k]].name;
@@ -341,7 +353,7 @@ class Engine {
       return at == earlier.names.end() ? -1 : static_cast<int>(at - earlier.names.begin());
     };
     const auto prior = [&](int i, int j) { return i == j ? prior_sd(i) * prior_sd(i) : 0.0; };
-    SquareMatrix sum(n);
+    SmallSquare sum;
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j) {
         if (place(i) >= 0 && place(j) >= 0) {

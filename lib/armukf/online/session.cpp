@@ -471,7 +471,7 @@ void Session::believe(const std::vector<double>& values, const ParameterBelief& 
                       const Condition& condition) {
   for (std::size_t i = 0; i < values.size(); ++i)
     if (Parameter& p = state_->model.parameters[i]; p.known) p.value = values[i];
-  state_->coordinates = FreeCoordinates(state_->model);
+  state_->coordinates.take_known(values);
   state_->wiring = condition;
   for (AnyRunner& runner : state_->runners)
     std::visit(

@@ -101,7 +101,8 @@ class Session {
 
   /// Believes of the parameters, known or unknown, what this says (one value per parameter of the
   /// model), and goes on from where the states are. From now on drive and sensor are taken to be as
-  /// in the condition: what comes in is corrected for them, and what is predicted is not.
+  /// in the condition: what comes in is corrected for them, and what is predicted is not. Nothing
+  /// is allocated.
   void believe(const std::vector<double>& values, const ParameterBelief& belief,
                const Condition& condition);
 

@@ -31,11 +31,12 @@ std::span<const Event> Watch::State::see(Session& session, const Sample& sample,
 
 void Watch::State::begin(const Session& session) {
   history.fill(session, watched);
+  worn = history.before(watched);
   what = changeables(model, condition);
   alarm = Alarm(count());
   alarm.expect(watch.claim_s, session.noise().known);
   wear = Wear(count());
-  freeze(history.before(watched), false);
+  freeze(history.before(watched), condition, false);
   filter = StepFilter(1 + count(), sample_s);
 }
 
@@ -56,15 +57,19 @@ void Watch::State::look(Session& session) {
   history.take(session, watched);
   if (watched < refreeze_at) return;
   refreeze_at = watched + kRefreezeS;
+  if (knows_noise && watched >= follow_at) {
+    follow_at = watched + Wear::kBlockS;
+    if (follow_wear(session)) return;
+  }
   const bool drifts = alarm.likelihood_of_drift() > kQuiet * watch.threshold;
-  if (drifts && knows_noise && watched > watch.trend_s) expect_wear(session);
+  if (drifts && knows_noise && watched > watch.trend_s) expect_wear(session, kRefreezeS);
   // What the session believed some time ago cannot be what an unseen change makes it believe.
   constexpr double kAgoS = 1.5;
   const PastBelief& ago = history.before(watched - kAgoS);
   if (alarm.likelihood(best) > kQuiet * watch.threshold && is_beyond_drift(best)) return;
   if (has_moved(ago)) {
     take_wear_of_ring(wear);
-    return freeze(ago, true);
+    return freeze(ago, condition, true);
   }
 }
 
@@ -73,7 +78,7 @@ template <class Archive>
 void Watch::State::archive(Archive& archive) {
   archive(last_t, last_u, torques, clock_offset, watched, told_events, frozen_at);
   if (!has_begun()) return;
-  archive(condition, noise, knows_noise, sample_s, refreeze_at);
+  archive(condition, noise, knows_noise, sample_s, refreeze_at, follow_at);
   if constexpr (Archive::kLoads) {
     if (!(sample_s > 0.0)) throw InputError("has no sample time");
     what = changeables(model, condition);
@@ -81,6 +86,7 @@ void Watch::State::archive(Archive& archive) {
     wear = Wear(count());
     set_up_bank();
     history.fill(Session(model, settings), 0.0);
+    worn = history.before(0.0);
     filter = StepFilter(1 + count(), sample_s);
   }
   archive(power, filter, misfit, alarm, surge, wear, quiet_until, astray, running, before, alarm_at,

@@ -148,8 +148,7 @@ void Watch::State::tell(Session& session, const TriedChanges& tried, int best) {
   }
   history.fill(accepted);
   if (wear.has_begun()) wear.jump(what, best, found.trial.onset, before, now);
-  condition = now;
-  freeze(accepted, false);
+  freeze(accepted, now, false);
   if (!knows_noise) alarm.know_nothing_of(best);
   running = false;  // the states were those of a machine that is no more
   calm();

@@ -12,7 +12,8 @@ constexpr double kSoonBent = 0.15;  // of what bends predictions, which is so fa
 
 /// Begins to watch anew: the session's parameters, and how well they are known, are what holds;
 /// knows_rest: of all else what was known before.
-void Watch::State::freeze(const PastBelief& from, bool knows_rest) {
+void Watch::State::freeze(const PastBelief& from, const Condition& at, bool knows_rest) {
+  condition = at;
   std::ranges::copy(from.values, condition.parameters.begin());
   const LearntNoise& learnt = from.belief.noise;
   sample_s = learnt.sample_s > 0.0 ? learnt.sample_s : 5e-4;
@@ -47,16 +48,21 @@ bool Watch::State::has_moved(const PastBelief& from) const {
 
 /// The session takes the parameters for constant, and becomes ever surer of them: what it believed
 /// of them a moment ago counts a little less from now on, as of a machine that wears.
-void Watch::State::expect_wear(Session& session) {
+void Watch::State::expect_wear(Session& session, double length) {
+  session.remember(worn.values, worn.belief);
+  loosen(worn.belief, length);
+  session.believe(worn.values, worn.belief, condition);
+}
+
+/// By what may wear within `length` s.
+void Watch::State::loosen(ParameterBelief& belief, double length) const {
   // 1/s^1/2, of a usual size: a tenth of a value in ten minutes is then followed, half a percent
   // behind.
   constexpr double kWear = 5e-3;
-  session.remember(worn.values, worn.belief);
-  for (int i = 0; i < worn.belief.covariance.size(); ++i) {
+  for (int i = 0; i < belief.covariance.size(); ++i) {
     const double sd = kWear * what[i].usual;
-    worn.belief.covariance(i, i) += kRefreezeS * sd * sd;
+    belief.covariance(i, i) += length * sd * sd;
   }
-  session.believe(worn.values, worn.belief, condition);
 }
 
 }  // namespace armukf

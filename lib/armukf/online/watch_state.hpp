@@ -19,6 +19,7 @@
 #include "armukf/online/surge.hpp"
 #include "armukf/online/watch.hpp"
 #include "armukf/online/wear.hpp"
+#include "armukf/online/wear_test.hpp"
 
 namespace armukf {
 
@@ -48,12 +49,19 @@ struct Watch::State {
   void begin(const Session& session);
   void follow(const Sample& sample, const Estimate& estimate, double dt, bool broken);
   void take_surprise();
-  void freeze(const PastBelief& from, bool knows_rest);
+  void freeze(const PastBelief& from, const Condition& at, bool knows_rest);
   void set_up_bank();
   PredictorNoise noise_of_incomplete_model() const;
   OutlierGate gate() const;
   bool has_moved(const PastBelief& from) const;
-  void expect_wear(Session& session);
+  void expect_wear(Session& session, double length);
+  void loosen(ParameterBelief& belief, double length) const;
+  bool follow_wear(Session& session);
+  bool is_unknown(int i) const;
+  bool is_around(int i) const;
+  bool finds_wear(const Wear& in, double threshold, std::span<FoundWear> found) const;
+  void doubt_bent(const Wear& in, double threshold, std::span<FoundWear> found) const;
+  Condition worn_by(std::span<const FoundWear> found) const;
   void look(Session& session);
   bool is_beyond_drift(int i) const;
   bool has_surged();
@@ -89,6 +97,7 @@ struct Watch::State {
   double sample_s = 0.0;
   double frozen_at = -1.0;  // s, watched
   double refreeze_at = 0.0;
+  double follow_at = 0.0;  // s, watched
   std::vector<Changeable> what;
   std::vector<Condition> conditions;
   // What it does not explain.

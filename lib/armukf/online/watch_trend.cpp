@@ -1,8 +1,10 @@
+#include <algorithm>
+#include <array>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "armukf/online/watch_state.hpp"
-#include "armukf/online/wear_test.hpp"
 
 namespace armukf {
 
@@ -23,16 +25,88 @@ Limits Watch::State::limits_of(const std::string& name) const {
   return at == settings.limits.end() ? Limits{} : at->second;
 }
 
+bool Watch::State::finds_wear(const Wear& in, double threshold, std::span<FoundWear> found) const {
+  std::array<WearPrior, kMostChangeables> priors;
+  for (int i = 0; i < count(); ++i) priors[i] = {what[i].doubt, alarm.spread(i)};
+  if (!in.has_begun()) return false;
+  if (!find_wear(in, std::span(priors).first(what.size()), threshold, found)) return false;
+  doubt_bent(in, threshold, found);
+  return true;
+}
+
+/// Where a resonance is off what was frozen, the sums are those of a prediction that bends: what is
+/// off counts in the deviation by the part to which that is as far as a prediction may go.
+void Watch::State::doubt_bent(const Wear& in, double threshold, std::span<FoundWear> found) const {
+  std::array<double, kMostChangeables> off{};
+  double bent = 0.0;
+  for (int i = 0; i < count(); ++i) {
+    if (!is_unknown(i)) continue;
+    off[i] = (in.reference(i) - value_of(condition, what[i])) / in.unit(i) + found[i].offset;
+    bent = std::max(bent, std::abs(off[i]) * in.unit(i) / (what[i].linear * what[i].usual));
+  }
+  const double end = in.block(in.size() - 1).sums.end;
+  for (int i = 0; i < count(); ++i) {
+    FoundWear& f = found[i];
+    if (!(f.sd > 0.0)) continue;
+    f.sd = std::hypot(f.sd, bent * off[i] / std::max(Wear::kBlockS, end - f.since));
+    f.drifts = f.drifts && f.rate * f.rate > threshold * f.sd * f.sd;
+  }
+}
+
+/// What drifts of drive and sensor is followed by all that was seen of it: else the session would
+/// make up for it by its unknowns, and these would seem to drift, or to change. Unknowns the
+/// session follows itself, and friction that drifts leaves them alone. True where there is
+/// something.
+bool Watch::State::follow_wear(Session& session) {
+  constexpr double kFollowed = 16.0;  // four deviations, squared: to follow is to say nothing yet
+  std::array<FoundWear, kMostChangeables> room;
+  const std::span found = std::span(room).first(what.size());
+  if (!finds_wear(wear, kFollowed, found)) return false;
+  bool drifts = false;
+  for (int i = 0; i < count(); ++i) drifts = drifts || (found[i].drifts && is_around(i));
+  if (!drifts) return false;
+  take_wear_of_ring(wear);
+  finds_wear(wear, kFollowed, found);
+  worn = history.before(watched);
+  worn.t = watched;
+  const Condition now = worn_by(found);
+  std::copy_n(now.parameters.begin(), worn.values.size(), worn.values.begin());
+  loosen(worn.belief, Wear::kBlockS);
+  session.believe(worn.values, worn.belief, now);
+  freeze(worn, now, false);
+  return true;
+}
+
+/// Whether the i-th lies between the record and the arm.
+bool Watch::State::is_around(int i) const {
+  const auto beyond = what[i].beyond;
+  return beyond != nullptr && beyond != &Condition::payload && beyond != &Condition::friction_level;
+}
+
+bool Watch::State::is_unknown(int i) const {
+  return what[i].is_parameter() && !model.parameters[what[i].parameter].known;
+}
+
+/// The unknowns are where all blocks have them, and what drifts has gone on since.
+Condition Watch::State::worn_by(std::span<const FoundWear> found) const {
+  Condition now = condition;
+  for (int i = 0; i < count(); ++i) {
+    const FoundWear& f = found[i];
+    if (!is_unknown(i) && !(f.drifts && is_around(i))) continue;
+    const double value = wear.reference(i) + wear.unit(i) * f.offset;
+    now = altered(now, what[i], value - value_of(now, what[i]));
+  }
+  return now;
+}
+
 std::vector<Trend> Watch::State::trends() const {
   if (!has_begun()) return {};
   Wear until_now = wear;
   if (alarm_at < 0.0) take_wear_of_ring(until_now);
   if (!until_now.has_begun()) return {};
-  std::vector<WearPrior> priors;
-  priors.reserve(what.size());
-  for (int i = 0; i < count(); ++i) priors.push_back({what[i].doubt, alarm.spread(i)});
   std::vector<Trend> all;
-  const auto found = found_wear(until_now, priors, watch.trend_threshold);
+  std::vector<FoundWear> found(what.size());
+  if (!finds_wear(until_now, watch.trend_threshold, found)) return {};
   for (std::size_t i = 0; i < found.size(); ++i) {
     const FoundWear& f = found[i];
     if (!(f.sd > 0.0)) continue;

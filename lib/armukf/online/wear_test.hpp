@@ -25,8 +25,13 @@ struct WearPrior {
 /// The straight lines that the blocks tell of: weighted regression of all offsets, in which the
 /// likeliest ramp from some block on is set free, then the next one, as long as twice the log of
 /// its likelihood ratio is above the threshold. Steps compete with ramps, and so what has jumped is
-/// no wear. Deviations grow by how much more than white innovations' the blocks' scores vary.
+/// no wear. A ramp's rate is the mean over all its possible starts. Deviations grow by how much
+/// more than white innovations' the blocks' scores vary.
 std::vector<FoundWear> found_wear(const Wear& wear, std::span<const WearPrior> priors,
                                   double threshold);
+/// The same into what has a place for each change, and without allocating; false where there is too
+/// little to find any.
+bool find_wear(const Wear& wear, std::span<const WearPrior> priors, double threshold,
+               std::span<FoundWear> found);
 
 }  // namespace armukf
