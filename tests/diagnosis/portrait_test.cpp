@@ -37,6 +37,27 @@ TEST(Portrait, TellsASpringOfAnotherLaw) {
   EXPECT_TRUE(any_begins(portrait_of(record), "a torque of the gear's spring"));
 }
 
+TEST(Portrait, TellsThatTheSensorCounts) {
+  constexpr double kStep = 0.7;  // rad/s
+  Record record = plain_record();
+  for (Sample& sample : record.samples) sample.y = kStep * std::round(sample.y / kStep);
+  EXPECT_TRUE(any_begins(portrait_of(record), "the speed is measured in steps of 0.7 rad/s"));
+}
+
+TEST(Portrait, TellsThatSamplesAreLost) {
+  Record record = plain_record();
+  for (std::size_t k = 1; k < record.samples.size(); ++k)
+    if (k / 10 % 10 == 0) record.samples[k].y = record.samples[k - 1].y;
+  EXPECT_TRUE(any_begins(portrait_of(record),
+                         "the measured speed is that of the sample before in 10.0 % of them"));
+}
+
+TEST(Portrait, SeesNoStepsInNumbersOfAFewDigits) {
+  Record record = plain_record();
+  for (Sample& sample : record.samples) sample.y = 1e-3 * std::round(1e3 * sample.y);
+  EXPECT_TRUE(portrait_of(record).empty());
+}
+
 /// Friction of up to 0.2 N.m, more or less of it with the motor's angle, that is part of what moves
 /// the arm, and not of the column u.
 TEST(Portrait, TellsFrictionThatRepeatsWithTheAngle) {

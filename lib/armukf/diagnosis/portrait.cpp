@@ -7,11 +7,13 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <numbers>
 
 #include "armukf/batch/pieces.hpp"
 #include "armukf/diagnosis/score.hpp"
+#include "armukf/diagnosis/sensor_faults.hpp"
 #include "armukf/diagnosis/spectrum.hpp"
 
 namespace armukf {
@@ -180,6 +182,7 @@ std::vector<std::string> portrait(const FittedModel& fit, const std::vector<Reco
   };
   repeats("repeats", innovations);
   repeats("friction that repeats", along_motion(innovations, motion));
+  std::ranges::move(sensor_faults(pieces, innovations), std::back_inserter(lines));
   if (!lines.empty()) lines.push_back(bands(fit, t));
   return lines;
 }
