@@ -85,7 +85,7 @@ void model(std::string_view bytes) {
 
 void checkpoint(std::string_view bytes) {
   constexpr Seal kSession{"armukf_s", 3};
-  constexpr Seal kTrack{"armukf_t", 4};
+  constexpr Seal kTrack{"armukf_t", 5};
   Session session(published_arm(), {});
   unless_refused([&] {
     session.load(bytes);
