@@ -77,9 +77,10 @@ TEST(NullStatistics, ScoresOfTorquesAreThoseOfChance) {
     const ForesightFit fit =
         fit_foresight(published_estimate(), {}, pieces, {}, kForesightDensity, 10);
     const ScoreTest test(fit.model, fit.x0, pieces, {});
+    const auto states = test.states();
     Eigen::MatrixXd torques(kSamples, 2);
     for (int k = 0; k < kSamples; ++k) {
-      const double speed = test.prediction()[k];
+      const double speed = states[k][kSpeedMotor];
       torques.row(k) << std::tanh(speed / 0.5), std::abs(speed);
     }
     values.push_back(test(torques).p_value);

@@ -128,6 +128,18 @@ TEST(Trace, DoesNotTakeAPeriodicSourceForAFlexibleMode) {
   }));
 }
 
+/// Friction of the gear that the plain model simulates as if it were another arm's.
+TEST(Trace, FindsWhatLeadsASimulationFarAstray) {
+  Model truth = published_estimate();
+  truth.add_effect("gear_friction");
+  truth.parameter("gear_friction_coulomb").value = 1.0;
+  const Diagnosis diagnosis = diagnosis_of(truth);
+  EXPECT_LT(diagnosis.base.best.fit_percent, 20.0);
+  ASSERT_FALSE(diagnosis.effects.empty());
+  EXPECT_EQ(diagnosis.effects[0].effect, "gear_friction");
+  EXPECT_NEAR(diagnosis.after.model.parameter("gear_friction_coulomb").value, 1.0, 0.1);
+}
+
 double largest_torque(const Record& record) {
   double most = 0.0;
   for (const Sample& sample : record.samples) most = std::max(most, std::abs(sample.u));

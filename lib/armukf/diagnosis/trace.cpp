@@ -28,7 +28,8 @@ constexpr int kLong = 60;              // iterations to the end of a plain fit
 constexpr int kShort = 10;             // where only a block has gone
 constexpr double kNoHelp = 0.01;       // an effect worth less of every error goes again
 constexpr double kNearlyAsGood = 0.8;  // of the merit: the record cannot tell the two apart
-constexpr double kHopelessFit = 20.0;  // percent
+constexpr double kHopelessFit = 20.0;  // percent, of a simulation
+constexpr double kForetoldFit = 50.0;  // percent, of predictions over 200 samples
 constexpr double kMoreLeft = 1.5;      // times, of the validation's error over the estimation's
 
 /// A model as a plain simulation: fitted to the estimation pieces, and on what judges it.
@@ -301,8 +302,23 @@ std::vector<std::string> disagreements(const std::vector<Consistency>& all, cons
   return texts;
 }
 
-void check_fit(const FittedModel& fit, const std::vector<Record>& records, std::string_view what) {
-  if (!(fit.fit_percent >= kHopelessFit && std::isfinite(fit.mse)))
+/// As a fit in percent: how far the predictions over 200 samples go.
+double foretold_percent(const ForesightErrors& errors, const std::vector<Record>& pieces) {
+  ErrorSums sums;
+  for (const Record& piece : pieces)
+    sums += error_sums(speeds_of(piece.samples), std::vector<double>(piece.samples.size()));
+  sums.error2 = errors.all[kMiddle] * static_cast<double>(sums.count);
+  return fit_percent(sums);
+}
+
+/// What is missing may lead a simulation far astray; but if not even predictions tell what the arm
+/// does, it is another one.
+void check_fit(const FittedModel& fit, const ForesightErrors& foretold,
+               const std::vector<Record>& records, std::string_view what) {
+  const bool hopeless =
+      !(fit.fit_percent >= kHopelessFit) && !(foretold_percent(foretold, records) >= kForetoldFit);
+  fprintf(stderr, "CHECK %g %g\n", fit.fit_percent, foretold_percent(foretold, records));
+  if (hopeless || !std::isfinite(fit.mse))
     throw InputError(records.front().name, 0, "y",
                      fmt::format("{} explains {:.0f} % of it: another arm, or wrong columns?", what,
                                  std::max(0.0, fit.fit_percent)));
@@ -376,12 +392,14 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   diagnosis.base = base_fit(model, records.estimation, settings.propagation, settings.threads);
   const Bases first = bases_of(model, diagnosis.base.best.model, records);
   add_start(first.best, records, diagnosis.base);
-  check_fit(diagnosis.base.best, records.estimation, "the model, fitted to it,");
+  check_fit(diagnosis.base.best, first.best.estimation, records.estimation,
+            "the model, fitted to it,");
   diagnosis.validated = records.validation_judges();
   diagnosis.judges =
       diagnosis.validated ? records.validation : blocks_of(records.estimation).pieces;
   Simulated simulated{diagnosis.base.best, judged(diagnosis.base.best, records)};
-  check_fit(simulated.validation, diagnosis.judges,
+  check_fit(simulated.validation,
+            diagnosis.validated ? first.best.validation : first.best.estimation, diagnosis.judges,
             fmt::format("the model fitted to {}", records.estimation.front().name));
   diagnosis.base_validation = simulated.validation;
   std::vector<ForesightFit> bases = first.all;
