@@ -249,7 +249,7 @@ std::vector<std::string> more_left(const Simulated& now, const TraceRecords& rec
   if (!records.validation_judges() || ratio < kMoreLeft) return {};
   std::vector<std::string> left = left_of(now.validation, records.validation, records.propagation);
   if (left.empty()) return left;  // more noise, or more of it that drifts
-  for (std::string& text : left) text = "in the validation record: " + text;
+  for (std::string& text : left) text.insert(0, "in the validation record: ");
   left.insert(left.begin(),
               fmt::format("the validation error is {:.1f} times that of the estimation", ratio));
   return left;
