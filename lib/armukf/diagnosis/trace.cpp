@@ -317,7 +317,6 @@ void check_fit(const FittedModel& fit, const ForesightErrors& foretold,
                const std::vector<Record>& records, std::string_view what) {
   const bool hopeless =
       !(fit.fit_percent >= kHopelessFit) && !(foretold_percent(foretold, records) >= kForetoldFit);
-  fprintf(stderr, "CHECK %g %g\n", fit.fit_percent, foretold_percent(foretold, records));
   if (hopeless || !std::isfinite(fit.mse))
     throw InputError(records.front().name, 0, "y",
                      fmt::format("{} explains {:.0f} % of it: another arm, or wrong columns?", what,
