@@ -9,7 +9,7 @@ MEASURES = {"fit_percent": "simulation fit, %", "mse": "simulation MSE, (rad/s)Â
             "log_likelihood": "log-likelihood of the innovations",
             "ljung_box_p": "whiteness of the innovations, Ljung-Box p"}
 FREE_MEASURES = ("fit_percent", "mse")  # that a model with effects of the motor's angle has twice
-ONLY_BEGUN = "others lower the error of predictions more"
+ONLY_BEGUN = "lowers the error of predictions less than others, or hardly at all"
 WIDTH, HEIGHT, MARGIN = 220.0, 26.0, 8.0  # of a picture of two estimates
 CHANCE = 0.001  # for all comparisons of parts of the data together
 

@@ -28,8 +28,14 @@ PLAIN = {
     "payload_change": "a payload that changes",
     "sensor_lag": "a speed sensor that tells late",
     "speed_ripple": "a speed sensor that errs with the motor's angle",
+    "external_torque": "a torque from outside at a frequency of its own",
+    "friction_change": "dry friction that becomes another",
+    "friction_ripple": "dry friction that goes with the motor's angle",
+    "arm_backlash": "play where the arm is joined to the gear box",
+    "sensor_coupling": "a speed sensor on a coupling that swings",
     "friction_curve": "friction over speed that no named law tells",
     "gear_spring_curve": "a gear spring that no named law tells",
+    "arm_spring_curve": "an arm spring that no named law tells",
     "torque_curve": "a drive whose torque is not the commanded one, by a law without a name",
     "angle_curve": "a torque over the motor's angle that no single harmonic tells"}
 FEW = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")

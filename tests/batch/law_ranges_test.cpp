@@ -12,8 +12,8 @@ namespace {
 
 Model with_all_laws() {
   Model model = published_estimate();
-  for (const char* name :
-       {"friction_curve", "torque_bias", "gear_spring_curve", "torque_curve", "angle_curve"})
+  for (const char* name : {"friction_curve", "torque_bias", "gear_spring_curve", "arm_spring_curve",
+                           "torque_curve", "angle_curve"})
     model.add_effect(name);
   return model;
 }
@@ -39,6 +39,9 @@ TEST(CoverRanges, TakesWhatTheRecordCovers) {
               0.01, 0.001);
   EXPECT_NEAR(beyond(model.parameter("gear_spring_curve_range").value,
                      [&](int k) { return std::abs(experiment.states[k][kTwistGear]); }),
+              0.01, 0.01);
+  EXPECT_NEAR(beyond(model.parameter("arm_spring_curve_range").value,
+                     [&](int k) { return std::abs(experiment.states[k][kTwistArm]); }),
               0.01, 0.01);
   EXPECT_EQ(model.parameter("angle_curve_harmonic").value, 1.0);
 }

@@ -104,6 +104,12 @@ TEST(GearSpringCurve, LearnsADeadZone) {
   EXPECT_GT(removed("gear_spring_curve", records), 0.8);
 }
 
+TEST(ArmSpringCurve, LearnsASpringThatHardens) {
+  const Records records =
+      records_of(with({{"arm_stiffness_cubic", 300.0}}, {"arm_stiffness_cubic"}));
+  EXPECT_GT(removed("arm_spring_curve", records), 0.9);
+}
+
 TEST(TorqueCurve, LearnsASaturation) {
   // Given is 1.3 M tanh(u / (1.3 M)), M the most that was ever given.
   Records records = records_of(published_estimate());
@@ -136,7 +142,8 @@ TEST(AngleCurve, LearnsTwoHarmonicsAtOnce) {
 /// One of each: no step of a filter leaves the numbers, wherever the motion is.
 TEST(LearntLaws, KeepEveryFilterFinite) {
   const Record record = experiment(published_estimate(), ExperimentKind::kEstimation);
-  for (const char* law : {"friction_curve", "gear_spring_curve", "torque_curve", "angle_curve"}) {
+  for (const char* law :
+       {"friction_curve", "gear_spring_curve", "arm_spring_curve", "torque_curve", "angle_curve"}) {
     Session session(start({law}), {});
     for (std::size_t k = 0; k < 2000; ++k) {
       const Estimate belief = session.step(record.samples[k]);

@@ -4,14 +4,16 @@
 
 #include <algorithm>
 
+#include "armukf/batch/experiment.hpp"
+
 namespace armukf {
 namespace {
 
 TEST(Trials, HaveTheirSizesAtZeroAndTheirShapesOnTheGrid) {
-  const std::vector<Trial> all = trials_for(published_estimate(), {{1.0, 6.0}, {5.5}});
+  const std::vector<Trial> all = trials_for(published_estimate(), {{1.0, 6.0}, {}, {5.5}});
   for (const std::string_view effect : effect_names())
     EXPECT_NE(std::ranges::any_of(all, [&](const Trial& t) { return t.effect == effect; }),
-              is_learnt_law(find_effect(effect)))
+              is_tried_last(find_effect(effect)))
         << effect;
   for (const Trial& trial : all) {
     EXPECT_FALSE(trial.sizes.empty()) << trial.effect;
@@ -27,13 +29,32 @@ TEST(Trials, CountAllThatWasLookedAt) {
     for (const Trial& trial : trials_for(published_estimate(), suggested)) sum += trial.looks;
     return sum;
   };
-  const double without = looks({{1.0, 2.0}, {}, 2.0, 0.0});
+  const double without = looks({{1.0, 2.0}, {}, {}, 2.0, 0.0});
   EXPECT_EQ(without,
-            static_cast<double>(trials_for(published_estimate(), {{1.0, 2.0}, {}}).size()));
+            static_cast<double>(trials_for(published_estimate(), {{1.0, 2.0}, {}, {}}).size()));
   // Two effects repeat with the angle and three resonate; how many are left does not matter.
-  EXPECT_NEAR(looks({{1.0, 2.0, 7.0}, {5.5, 6.5}, 302.0, 800.0}), without + 2 * 300 + 3 * 800,
+  EXPECT_NEAR(looks({{1.0, 2.0, 7.0}, {}, {5.5, 6.5}, 302.0, 800.0}), without + 2 * 300 + 3 * 800,
               1e-9 * without);
-  EXPECT_NEAR(looks({{1.0, 2.0}, {}, 302.0, 800.0}), without + 2 * 300 + 3 * 800, 1e-9 * without);
+  EXPECT_NEAR(looks({{1.0, 2.0}, {}, {}, 302.0, 800.0}), without + 2 * 300 + 3 * 800,
+              1e-9 * without);
+}
+
+TEST(Trials, HoldTheRarestForTheLast) {
+  const std::vector<Record> record{
+      simulate_experiment(published_estimate(), {.samples = 400}).record};
+  const Suggested suggested{{1.0}, {4.5}, {5.5}, 1.0, 1.0};
+  const std::vector<Trial> last = last_trials_for(published_estimate(), suggested, record, {});
+  for (const std::string_view effect : effect_names())
+    EXPECT_EQ(std::ranges::any_of(last, [&](const Trial& t) { return t.effect == effect; }),
+              is_tried_last(find_effect(effect)))
+        << effect;
+  const auto of = [&](std::string_view effect) {
+    return *std::ranges::find(last, effect, &Trial::effect);
+  };
+  EXPECT_EQ(of("friction_ripple").harmonic, 4.5);  // of friction, not of torque
+  EXPECT_EQ(of("external_torque").model.parameter("external_torque_frequency").value, 5.5);
+  for (const char* cyclic : {"friction_ripple", "external_torque"})
+    EXPECT_EQ(of(cyclic).cyclic_state, kArmStates) << cyclic;
 }
 
 TEST(Trials, KeepWhatAnEffectFreesNearWhatWasKnownOfIt) {
@@ -50,7 +71,7 @@ TEST(Trials, KeepWhatAnEffectFreesNearWhatWasKnownOfIt) {
 TEST(Trials, LeaveOutWhatTheModelHas) {
   Model model = published_estimate();
   model.add_effect("backlash");
-  for (const Trial& trial : trials_for(model, {{1.0}, {}})) EXPECT_NE(trial.effect, "backlash");
+  for (const Trial& trial : trials_for(model, {{1.0}, {}, {}})) EXPECT_NE(trial.effect, "backlash");
 }
 
 }  // namespace

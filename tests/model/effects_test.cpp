@@ -197,7 +197,8 @@ TEST_P(InnerEffect, KeepsMomentum) {
 
 INSTANTIATE_TEST_SUITE_P(Catalogue, InnerEffect,
                          testing::Values("backlash", "gear_hysteresis", "gear_damping_quadratic",
-                                         "arm_stiffness_cubic"),
+                                         "arm_stiffness_cubic", "arm_backlash", "gear_spring_curve",
+                                         "arm_spring_curve"),
                          [](const auto& test) { return test.param; });
 
 /// Work (N.m.rad) that an effect of one state does on the arm in one cycle in which the motor

@@ -20,6 +20,7 @@ namespace armukf {
 namespace {
 
 using effects::AngleCurve;
+using effects::ArmSpringCurve;
 using effects::FrictionCurve;
 using effects::GearSpringCurve;
 using effects::TorqueCurve;
@@ -38,7 +39,7 @@ std::array<double, E::parameters.size()> drawn(unsigned seed) {
 
 template <class E>
 class Curve : public testing::Test {};
-using Curves = testing::Types<FrictionCurve, GearSpringCurve, TorqueCurve>;
+using Curves = testing::Types<FrictionCurve, GearSpringCurve, ArmSpringCurve, TorqueCurve>;
 TYPED_TEST_SUITE(Curve, Curves);
 
 TYPED_TEST(Curve, IsNothingAtZeroAndConstantBeyondItsEnd) {
@@ -142,18 +143,19 @@ TEST(AngleCurve, RepeatsOverItsPeriodAndIsTheSumOfItsHarmonics) {
   }
 }
 
-TEST(LearntLaws, AreFourOfTheCatalogue) {
+TEST(LearntLaws, AreFiveOfTheCatalogue) {
   int found = 0;
   for (const std::string_view name : effect_names()) {
     const bool curve = name.ends_with("_curve");
     EXPECT_EQ(is_learnt_law(find_effect(name)), curve) << name;
     found += curve ? 1 : 0;
   }
-  EXPECT_EQ(found, 4);
+  EXPECT_EQ(found, 5);
 }
 
 TEST(LearntLaws, AddTheirSizesAsUnknownsAndTheirRangesAsKnown) {
-  for (const char* name : {"friction_curve", "gear_spring_curve", "torque_curve", "angle_curve"}) {
+  for (const char* name :
+       {"friction_curve", "gear_spring_curve", "arm_spring_curve", "torque_curve", "angle_curve"}) {
     Model model = published_estimate();
     model.add_effect(name);
     model.add_effect(std::string(name) + ":2");  // names that clash would show

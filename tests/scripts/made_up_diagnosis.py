@@ -29,7 +29,7 @@ def found():
         {"name": "flexible_mode", "site": "gear", "round": 1, "help_percent": 12.5, **refused,
          "refused_because": "its size may be chance: p 1, given all that was looked at"},
         {"name": "drive_lag", "round": 1, "help_percent": 0.0, **refused,
-         "refused_because": "others lower the error of predictions more"},
+         "refused_because": "lowers the error of predictions less than others, or hardly at all"},
         {"name": "gravity", "round": 2, "help_percent": 20.0, "statistic": 80.0, "p_value": 2e-5, "accepted": True},
         {"name": "torque_bias", "round": 2, "help_percent": 18.0, **refused,
          "refused_because": "another explains more"}]

@@ -9,18 +9,40 @@
 namespace armukf {
 namespace {
 
-using Number = Dual<kDirectionsAtOnce>;
+/// Calls work(Dual<N>()) with the least N of whole packs that has that many directions.
+template <int N = kPackWidth, class Work>
+void with_directions(int count, Work work) {
+  if constexpr (N < 4) {  // single ones are not worth a loop of their own
+    with_directions<4>(count, work);
+  } else if constexpr (N < kDirectionsAtOnce) {
+    if (count <= N) return work(Dual<N>());
+    with_directions<N + padded(4, kPackWidth)>(count, work);
+  } else {
+    work(Dual<kDirectionsAtOnce>());
+  }
+}
 
-/// Fills y and the gradient's columns from `first` on, at most kDirectionsAtOnce of them.
+/// Calls work(number, first, count) for all of the directions, as many at once as there are.
+template <class Work>
+void in_turns(int directions, Work work) {
+  const int turns = std::max(1, (directions + kDirectionsAtOnce - 1) / kDirectionsAtOnce);
+  for (int turn = 0; turn < turns; ++turn) {
+    const int first = directions * turn / turns;
+    const int count = directions * (turn + 1) / turns - first;
+    with_directions(count, [&](auto number) { work(number, first, count); });
+  }
+}
+
+/// Fills y and `count` of the gradient's columns, from `first` on.
+template <class Number>
 void differentiate(const Model& model, const std::vector<double>& x0,
                    const std::vector<Sample>& samples, const Propagation& propagation,
-                   const Directions& directions, const Gains& gains, int first,
+                   const Directions& directions, const Gains& gains, int first, int count,
                    Sensitivities& result) {
   const std::vector<double> values = model.values();
   std::vector<Number> p(values.begin(), values.end());
   std::vector<Number> x(x0.begin(), x0.end());
   const int parameters = static_cast<int>(directions.parameters.size());
-  const int count = std::min(kDirectionsAtOnce, directions.size() - first);
   for (int j = 0; j < count; ++j) {
     const int direction = first + j;
     Number& seed = direction < parameters ? p[directions.parameters[direction]]
@@ -49,8 +71,9 @@ Sensitivities sensitivities(const Model& model, const std::vector<double>& x0,
                             const Directions& directions, const Gains& gains) {
   Sensitivities result{std::vector<double>(samples.size()),
                        JacobianMatrix(samples.size(), directions.size()), 0.0};
-  for (int first = 0; first == 0 || first < directions.size(); first += kDirectionsAtOnce)
-    differentiate(model, x0, samples, propagation, directions, gains, first, result);
+  in_turns(directions.size(), [&]<class Number>(Number, int first, int count) {
+    differentiate<Number>(model, x0, samples, propagation, directions, gains, first, count, result);
+  });
   return result;
 }
 
@@ -60,11 +83,9 @@ JacobianMatrix torque_sensitivities(const Model& model, const std::vector<double
                                     const Gains& gains) {
   JacobianMatrix gradient = JacobianMatrix::Constant(torques.rows(), torques.cols(), kNaN);
   const std::vector<double> values = model.values();
-  const std::vector<Number> p(values.begin(), values.end());
-  const std::vector<Number> x(x0.begin(), x0.end());
-  for (Eigen::Index first = 0; first < torques.cols(); first += kDirectionsAtOnce) {
-    const auto count =
-        static_cast<int>(std::min<Eigen::Index>(kDirectionsAtOnce, torques.cols() - first));
+  in_turns(static_cast<int>(torques.cols()), [&]<class Number>(Number, int first, int count) {
+    const std::vector<Number> p(values.begin(), values.end());
+    const std::vector<Number> x(x0.begin(), x0.end());
     const auto input = [&](std::size_t k) {
       Number u(samples[k].u);
       for (int j = 0; j < count; ++j)
@@ -77,7 +98,7 @@ JacobianMatrix torque_sensitivities(const Model& model, const std::vector<double
           std::copy_n(y.gradient.begin(), count, &gradient(static_cast<Eigen::Index>(k), first));
         },
         Angles::kMeasured, gains);
-  }
+  });
   return gradient;
 }
 

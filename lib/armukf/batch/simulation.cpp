@@ -50,7 +50,7 @@ InitialChoice all_free(const Model& model) {
 InitialChoice prediction_choice(const Model& model) {
   InitialChoice choice{{}, {}};
   for (int i = 0; i < static_cast<int>(model.states.size()); ++i)
-    if (model.states[i].beginning == Beginning::kAngle) choice.free.push_back(i);
+    if (is_cyclic(model.states[i].beginning)) choice.free.push_back(i);
   return choice;
 }
 

@@ -41,12 +41,13 @@ void follow_motor(const Model& model, const std::array<T, States>& before, doubl
     if (model.states[i].beginning == Beginning::kAngle) x[i] = before[i] + turn;
 }
 
-/// Takes the error (rad/s) of what was said of sample k into x. Angles follow the motor.
+/// Takes the error (rad/s) of what was said of sample k into x. Angles follow the motor,
+/// phases stay.
 template <class T, std::size_t States>
 void correct(const Model& model, const Gains& gains, std::size_t k, const T& error,
              std::array<T, States>& x) {
   for (int i = 0; i < gains.states; ++i)
-    if (model.states[i].beginning != Beginning::kAngle) x[i] += gains(k, i) * error;
+    if (!is_cyclic(model.states[i].beginning)) x[i] += gains(k, i) * error;
 }
 
 /// Calls visit(k, x, y) with the states and the speed that the sensor shows of them at each sample,

@@ -24,8 +24,14 @@ struct Parameter {
 enum class Beginning {
   kZero,   // at rest: about 0
   kSpeed,  // about the measured speed
-  kAngle   // nothing: an angle, whose zero no record tells; it goes with the measured motion
+  kAngle,  // nothing: an angle, whose zero no record tells; it goes with the measured motion
+  kPhase   // nothing: a phase beside the time, which stays as it is
 };
+
+/// Whether it is one of a cycle, of which no record tells where it begins.
+inline bool is_cyclic(Beginning beginning) {
+  return beginning == Beginning::kAngle || beginning == Beginning::kPhase;
+}
 
 /// What sort of quantity moves.
 enum class Motive {

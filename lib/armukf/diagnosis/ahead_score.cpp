@@ -39,20 +39,20 @@ Suggestion AheadScore::operator()(const Trial& trial) const {
   result.model = none;
   result.x0 = extended(base_.x0, none);
   Eigen::MatrixXd columns = columns_of(none, result.x0, trial.sizes);
-  const bool angle = trial.angle_state >= 0;
-  if (angle) {  // the same a quarter of a period later
+  const bool cyclic = trial.cyclic_state >= 0;
+  if (cyclic) {  // the same a quarter of a period later
     StatesOfPieces later = result.x0;
     for (std::vector<double>& x : later)
-      x[trial.angle_state] = 0.5 * std::numbers::pi / trial.harmonic;
+      x[trial.cyclic_state] = 0.5 * std::numbers::pi / trial.harmonic;
     columns.conservativeResize(Eigen::NoChange, 2);
     columns.col(1) = columns_of(none, later, {trial.sizes.front()});
   }
   columns -= explained_ * (explained_.transpose() * columns);
   Eigen::VectorXd step = least_squares_solution(columns, error_);
   if (!step.allFinite()) return result;
-  if (angle) {
+  if (cyclic) {
     for (std::vector<double>& x : result.x0)
-      x[trial.angle_state] = std::atan2(step[1], step[0]) / trial.harmonic;
+      x[trial.cyclic_state] = std::atan2(step[1], step[0]) / trial.harmonic;
     Parameter& size = result.model.parameters[trial.sizes.front()];
     size.value = usual(size, step.norm());
   } else {

@@ -68,7 +68,7 @@ std::vector<double> with_angles(const Model& model, std::vector<double> x0,
                                 const Propagation& propagation) {
   for (const EffectSlot& slot : model.effects) {
     for (int i = slot.first_state; i < slot.first_state + slot.state_count(); ++i) {
-      if (model.states[i].beginning != Beginning::kAngle) continue;
+      if (!is_cyclic(model.states[i].beginning)) continue;
       const double harmonic = harmonic_of(model, slot);
       double best = x0[i];
       double least = kUnbounded;

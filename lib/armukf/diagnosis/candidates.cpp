@@ -20,6 +20,8 @@ constexpr int kFirst = 2;            // iterations from each
 constexpr int kSecond = 4;           // more, from the best
 constexpr std::size_t kBegun = 16;   // effects that are gone on with at all
 constexpr std::size_t kRefits = 12;  // effects of a round that are fitted to the end and judged
+constexpr std::size_t kSurelyJudged = 4;  // of them, whatever they promise
+constexpr double kLeastFall = 0.01;       // of the level where it is fitted: less is none elsewhere
 constexpr double kScatterFreedom = 2.0 * kForesightBlocks - 1.0;  // of ForesightFit::sd
 constexpr double kSameLevel = 0.02;                               // of two minima
 constexpr double kBetterMinimum = 0.005;                          // by that in level
@@ -120,6 +122,12 @@ std::vector<Start> starts_on(const std::vector<ForesightFit>& bases, std::size_t
   return starts;
 }
 
+/// Of what it foretells of what it was fitted to.
+double level_of(const ForesightFit& fit, const std::vector<Record>& pieces,
+                const Propagation& propagation) {
+  return foresight_errors(fit.model, fit.x0, pieces, propagation, {}, kMiddle, kFar).level();
+}
+
 /// Every effect from its most promising starts on each base; the best of each, most promising
 /// first.
 std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
@@ -132,17 +140,13 @@ std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
     for (Start& start : starts_on(bases, base, trials, of_each, first_parts, records))
       starts.push_back(std::move(start));
   std::vector<Begun> begun(starts.size());
-  const auto level = [&](const ForesightFit& fit, const std::vector<Record>& pieces) {
-    return foresight_errors(fit.model, fit.x0, pieces, records.propagation, {}, kMiddle, kFar)
-        .level();
-  };
   for_each_job(records.threads, static_cast<int>(begun.size()), [&](int i) {
     const Suggestion& from = starts[i].suggestion;
     begun[i].trial = starts[i].trial;
     begun[i].base = starts[i].base;
     begun[i].fit =
         fit_foresight(from.model, from.x0, first_parts, records.propagation, density, kFirst);
-    begun[i].level = level(begun[i].fit, first_parts);
+    begun[i].level = level_of(begun[i].fit, first_parts, records.propagation);
   });
   const std::vector<double> usual = medians(begun, bases.size());
   for (Begun& b : begun) b.excess = b.level - usual[b.base];
@@ -150,7 +154,7 @@ std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
   for_each_job(records.threads, static_cast<int>(begun.size()), [&](int i) {
     begun[i].fit = fit_foresight(begun[i].fit.model, begun[i].fit.x0, records.estimation,
                                  records.propagation, density, kSecond);
-    begun[i].level = level(begun[i].fit, records.estimation);
+    begun[i].level = level_of(begun[i].fit, records.estimation, records.propagation);
     begun[i].excess = begun[i].level - usual[begun[i].base];
   });
   keep_best(begun, kBegun);
@@ -312,10 +316,13 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
                 const AcceptanceSettings& acceptance) {
   const double density = now.fit.density;
   const std::vector<Begun> begun = begun_fits(trials, bases, records, density);
+  const double without = level_of(now.fit, records.estimation, records.propagation);
   std::map<std::string, bool> judged;  // of each effect: whether it is among the most promising
   std::vector<const Begun*> promising;
   for (const Begun& b : begun) {
-    const auto at = judged.try_emplace(b.trial->effect, judged.size() < kRefits).first;
+    const bool worth = judged.size() < kSurelyJudged ||
+                       (judged.size() < kRefits && b.level < without - kLeastFall);
+    const auto at = judged.try_emplace(b.trial->effect, worth).first;
     if (at->second) promising.push_back(&b);
   }
   Contest result;

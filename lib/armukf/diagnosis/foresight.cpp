@@ -283,7 +283,7 @@ StatesOfPieces states_before(const Model& model, const std::vector<Record>& piec
     const std::vector<Sample> first(pieces[e].samples.begin(), pieces[e].samples.begin() + settled);
     for (const EffectSlot& slot : model.effects) {
       for (int i = slot.first_state; i < slot.first_state + slot.state_count(); ++i) {
-        if (model.states[i].beginning != Beginning::kAngle) continue;
+        if (!is_cyclic(model.states[i].beginning)) continue;
         std::vector<double> x0 = all[e];
         double least = kInfinite;
         for (int k = 0; k < kPhases; ++k) {

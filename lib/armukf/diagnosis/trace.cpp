@@ -8,6 +8,7 @@
 #include <iterator>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "armukf/batch/pieces.hpp"
@@ -331,6 +332,7 @@ double most_help(const Witness& witness) {
 /// What was judged later in a round.
 void add(Contest more, Contest& round) {
   std::ranges::move(more.refits, std::back_inserter(round.refits));
+  std::ranges::move(more.others, std::back_inserter(round.others));
 }
 
 /// All that a round looked at, into the diagnosis.
@@ -351,11 +353,15 @@ void note(const Contest& round, const Refit* chosen, int number,
       candidate.refused_because = "another explains more";
     candidates.push_back(candidate);
   }
+  std::set<std::string> told;
+  for (const Refit& refit : round.refits) told.insert(refit.trial.effect);
   for (const std::string& effect : round.others) {
+    if (!told.insert(effect).second) continue;
     Candidate candidate;
     candidate.effect = effect;
     candidate.round = number;
-    candidate.refused_because = "others lower the error of predictions more";
+    candidate.refused_because =
+        "lowers the error of predictions less than others, or hardly at all";
     candidates.push_back(candidate);
   }
 }
@@ -421,13 +427,13 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
       Explained slow = fitted_together(now, held, records, kSlowDensity);
       add(compete(slow, {slow.fit}, trials_for(slow.fit.model, suggested)), found);
       chosen = best_found(found.refits);
-      if (chosen == nullptr) {  // no name fits
-        const std::vector<Trial> laws =
-            law_trials_for(slow.fit.model, records.estimation, records.propagation);
-        looks.merge(looks_of(laws));
-        std::vector<ForesightFit> on{slow.fit};  // a law's lack may have led it far astray
+      if (chosen == nullptr) {  // none of those that are likely
+        const std::vector<Trial> last =
+            last_trials_for(slow.fit.model, suggested, records.estimation, records.propagation);
+        looks.merge(looks_of(last));
+        std::vector<ForesightFit> on{slow.fit};  // what is missing may have led it far astray
         on.insert(on.end(), bases.begin(), bases.end());
-        add(compete(slow, on, laws), found);
+        add(compete(slow, on, last), found);
         chosen = best_found(found.refits);
       }
     }

@@ -11,8 +11,9 @@ namespace armukf {
 namespace {
 
 std::vector<double> values_of(const Grid& grid, double nominal, const Suggested& suggested) {
+  if (grid.with_direction) return suggested.harmonics_of_friction;
   if (grid.periodic) return suggested.harmonics;
-  if (grid.points == 0) return {nominal};
+  if (grid.points == 0 && !grid.resonant) return {nominal};
   std::vector<double> values;
   for (int i = 0; i < grid.points; ++i) {
     const double share = grid.points == 1 ? 0.0 : i / (grid.points - 1.0);
@@ -98,8 +99,7 @@ std::vector<Trial> trials_of(std::string_view effect, const Model& model,
     if (first.sizes.empty()) return {};
   }
   for (std::size_t i = model.states.size(); i < first.model.states.size(); ++i)
-    if (first.model.states[i].beginning == Beginning::kAngle)
-      first.angle_state = static_cast<int>(i);
+    if (is_cyclic(first.model.states[i].beginning)) first.cyclic_state = static_cast<int>(i);
   std::vector<Trial> trials{first};
   for (std::size_t i = 0; i < parameters.size(); ++i)
     if (parameters[i].role == Role::kShape)
@@ -111,7 +111,7 @@ std::vector<Trial> trials_of(std::string_view effect, const Model& model,
 std::vector<Trial> trials_for(const Model& model, const Suggested& suggested) {
   std::vector<Trial> all;
   for (const std::string_view effect : effect_names()) {
-    if (is_learnt_law(find_effect(effect))) continue;
+    if (is_tried_last(find_effect(effect))) continue;
     const std::string name = one_more(effect, model);
     if (name.empty()) continue;
     for (Trial& trial : trials_of(name, model, suggested)) all.push_back(std::move(trial));
@@ -119,12 +119,15 @@ std::vector<Trial> trials_for(const Model& model, const Suggested& suggested) {
   return all;
 }
 
-std::vector<Trial> law_trials_for(const Model& model, const std::vector<Record>& pieces,
-                                  const Propagation& propagation) {
+std::vector<Trial> last_trials_for(const Model& model, const Suggested& suggested,
+                                   const std::vector<Record>& pieces,
+                                   const Propagation& propagation) {
   std::vector<Trial> all;
   for (const std::string_view effect : effect_names()) {
-    if (model.has_effect(effect) || !is_learnt_law(find_effect(effect))) continue;
-    for (Trial& trial : trials_of(effect, model, {})) {
+    if (!is_tried_last(find_effect(effect))) continue;
+    const std::string name = one_more(effect, model);
+    if (name.empty()) continue;
+    for (Trial& trial : trials_of(name, model, suggested)) {
       cover_ranges(trial.model, pieces, propagation);
       const std::vector<double> covered = trial.model.values();
       all.push_back(trial);

@@ -16,26 +16,28 @@ struct Trial {
   std::string effect;  // its name in the catalogue
   Model model;
   std::vector<int> sizes;  // positions of the parameters that make it larger than nothing
-  int angle_state = -1;    // of an effect that repeats with an angle: that angle's position
-  double harmonic = 1.0;   // 1/rad, how often
+  int cyclic_state = -1;   // of an effect that repeats with an angle, or has a phase: its position
+  double harmonic = 1.0;   // 1/rad, how often with that angle
   double looks = 1.0;      // trials that were looked at for each one that is left, as this is
 };
 
 /// What the spectra of a residual suggest, and from how many.
 struct Suggested {
-  std::vector<double> harmonics;    // 1/rad, of effects that repeat with the motor's angle
-  std::vector<double> frequencies;  // Hz, of resonances
-  double harmonics_looked_at = 0.0;
+  std::vector<double> harmonics;  // 1/rad, of effects that repeat with the motor's angle
+  std::vector<double> harmonics_of_friction;  // 1/rad, of those that turn round with its speed
+  std::vector<double> frequencies;            // Hz, of resonances
+  double harmonics_looked_at = 0.0;           // of either
   double frequencies_looked_at = 0.0;
 };
 
 /// Every effect of the catalogue that the model does not have, over its grid, and one more of each
-/// that may be there several times; no learnt laws.
+/// that may be there several times; none of those that are tried last.
 std::vector<Trial> trials_for(const Model& model, const Suggested& suggested);
 
-/// Every law that could be learnt and that the model does not have, over what the records cover.
-std::vector<Trial> law_trials_for(const Model& model, const std::vector<Record>& pieces,
-                                  const Propagation& propagation);
+/// The same of those that are tried last; laws that are learnt over what the records cover.
+std::vector<Trial> last_trials_for(const Model& model, const Suggested& suggested,
+                                   const std::vector<Record>& pieces,
+                                   const Propagation& propagation);
 
 /// How many trials of each effect were looked at.
 using Looks = std::map<std::string, double>;

@@ -67,6 +67,10 @@ bool is_learnt_law(const CataloguedEffect& effect) {
   return std::visit([]<class E>(const E&) { return LearntLaw<E>; }, effect);
 }
 
+bool is_tried_last(const CataloguedEffect& effect) {
+  return std::visit([]<class E>(const E&) { return LearntLaw<E> || TriedLast<E>; }, effect);
+}
+
 std::vector<EffectParameter> parameters_of(const CataloguedEffect& effect) {
   return std::visit(
       []<class E>(const E&) {

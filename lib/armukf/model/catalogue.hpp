@@ -6,14 +6,19 @@
 #include <vector>
 
 #include "armukf/model/effects/angle_curve.hpp"
+#include "armukf/model/effects/arm_backlash.hpp"
 #include "armukf/model/effects/arm_friction.hpp"
+#include "armukf/model/effects/arm_spring_curve.hpp"
 #include "armukf/model/effects/arm_stiffness_cubic.hpp"
 #include "armukf/model/effects/backlash.hpp"
 #include "armukf/model/effects/coulomb_asymmetry.hpp"
 #include "armukf/model/effects/drive_lag.hpp"
+#include "armukf/model/effects/external_torque.hpp"
 #include "armukf/model/effects/flexible_mode.hpp"
+#include "armukf/model/effects/friction_change.hpp"
 #include "armukf/model/effects/friction_curve.hpp"
 #include "armukf/model/effects/friction_parameters.hpp"
+#include "armukf/model/effects/friction_ripple.hpp"
 #include "armukf/model/effects/gear_damping_quadratic.hpp"
 #include "armukf/model/effects/gear_friction.hpp"
 #include "armukf/model/effects/gear_hysteresis.hpp"
@@ -23,6 +28,7 @@
 #include "armukf/model/effects/load_dependent_friction.hpp"
 #include "armukf/model/effects/payload_change.hpp"
 #include "armukf/model/effects/presliding_friction.hpp"
+#include "armukf/model/effects/sensor_coupling.hpp"
 #include "armukf/model/effects/sensor_lag.hpp"
 #include "armukf/model/effects/speed_ripple.hpp"
 #include "armukf/model/effects/thermal_friction.hpp"
@@ -42,8 +48,9 @@ using CataloguedEffect = std::variant<
     effects::GearHysteresis, effects::GearDampingQuadratic, effects::ArmStiffnessCubic,
     effects::FlexibleMode<effects::Site::kArm>, effects::FlexibleMode<effects::Site::kGear>,
     effects::FlexibleMode<effects::Site::kMotor>, effects::Gravity, effects::PayloadChange,
-    effects::SensorLag, effects::SpeedRipple, effects::FrictionCurve, effects::GearSpringCurve,
-    effects::TorqueCurve, effects::AngleCurve>;
+    effects::SensorLag, effects::SpeedRipple, effects::ExternalTorque, effects::FrictionChange,
+    effects::FrictionRipple, effects::ArmBacklash, effects::SensorCoupling, effects::FrictionCurve,
+    effects::GearSpringCurve, effects::ArmSpringCurve, effects::TorqueCurve, effects::AngleCurve>;
 
 /// An effect as the user names it: `torque_ripple`, or `torque_ripple:2` for the second of its
 /// kind.
@@ -71,6 +78,9 @@ std::string family_of(std::string_view effect);
 
 /// Whether it is a curve that is learnt, which a search for names leaves out.
 bool is_learnt_law(const CataloguedEffect& effect);
+
+/// Whether a search tries it only where no other helps: rare effects, and laws that are learnt.
+bool is_tried_last(const CataloguedEffect& effect);
 
 /// The parameters of an effect in the catalogue, its states, and the arm's parameters that it sets
 /// free.

@@ -75,13 +75,15 @@ enum class Role { kSize, kShape };
 /// Where to look for a shape: `points` values from `from` to `to`, in equal ratios if both are
 /// above 0, else in equal steps. 0 points: the nominal value; `periodic`: a harmonic of the angle,
 /// which the spectrum of the residual over the angle tells; `resonant`: a frequency in Hz, which
-/// that over time may tell as well, since a lightly damped resonance falls between any steps.
+/// that over time may tell as well, since a lightly damped resonance falls between any steps;
+/// `with_direction`: a harmonic of what turns round with the speed, as friction does.
 struct Grid {
   double from = 0.0;
   double to = 0.0;
   int points = 0;
   bool periodic = false;
   bool resonant = false;
+  bool with_direction = false;
 };
 
 /// Name, unit, nominal value, bounds and typical size of one parameter of an effect.
@@ -112,7 +114,9 @@ struct EffectState {
 ///     rates(motion, x, p, dx)       -> writes dx/dt; only for an effect with states
 ///     sensed(motion, x, p)          -> T, rad/s that the sensor shows above the motor's speed
 ///
-/// Optional data: `frees`, names of the arm's parameters that it takes for unknown.
+/// Optional data: `frees`, names of the arm's parameters that it takes for unknown; `tried_last`,
+/// of what is rare and comes near to more common effects: a search tries it where none of those
+/// helps, as it does learnt laws.
 template <class E>
 concept Effect = requires {
   { E::name } -> std::convertible_to<std::string_view>;
@@ -133,6 +137,11 @@ concept ActsOnSensor = requires(const Motion<double>& motion, const double* x, c
 template <class E>
 concept FreesParameters = requires {
   E::frees.size();
+};
+
+template <class E>
+concept TriedLast = requires {
+  requires E::tried_last;
 };
 
 /// What a learnt law is a law of, for whoever reads its curve.

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <array>
+
+#include "armukf/model/effect.hpp"
+
+namespace armukf::effects {
+
+/// The motor's dry friction is another from friction_change_time (s since the first sample) on (a
+/// brake that drags, a seal, grease): torque at the motor = -friction_change tanh(beta w),
+/// w = speed_motor, from there on.
+struct FrictionChange {
+  static constexpr std::string_view name = "friction_change";
+  static constexpr bool tried_last = true;
+  static constexpr std::array parameters{
+      EffectParameter{"friction_change", "N.m", 0.0, -20.0, 20.0, 0.1},
+      EffectParameter{
+          "friction_change_time", "s", 5.0, 0.0, 1e6, 1.0, Role::kShape, {0.5, 9.5, 10}}};
+  static constexpr std::array<EffectState, 0> states{};
+  static constexpr double kOverS = 0.01;  // s, in which it changes
+
+  template <class T>
+  static Contribution<T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
+    const T since = (1.0 / kOverS) * (motion.time - p[1]);
+    const T direction = tanh(T(motion.arm.beta * motion.speed_motor()));
+    return {.motor_torque = -(p[0] * ((0.5 + 0.5 * tanh(since)) * direction))};
+  }
+};
+
+}  // namespace armukf::effects
