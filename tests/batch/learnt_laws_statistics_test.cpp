@@ -106,8 +106,13 @@ TEST(GearSpringCurve, LearnsADeadZone) {
 
 TEST(ArmSpringCurve, LearnsASpringThatHardens) {
   const Records records =
-      records_of(with({{"arm_stiffness_cubic", 300.0}}, {"arm_stiffness_cubic"}));
+      records_of(with({{"arm_stiffness_cubic", 30.0}}, {"arm_stiffness_cubic"}));
   EXPECT_GT(removed("arm_spring_curve", records), 0.9);
+}
+
+TEST(ArmSpringCurve, LearnsPlay) {
+  const Records records = records_of(with({{"arm_backlash", 0.02}}, {"arm_backlash"}));
+  EXPECT_GT(removed("arm_spring_curve", records), 0.8);
 }
 
 TEST(TorqueCurve, LearnsASaturation) {

@@ -9,15 +9,16 @@
 namespace armukf {
 
 /// A number with its derivatives in N directions (forward-mode differentiation, exact):
-/// value + sum_i gradient[i] eps_i, eps_i eps_j = 0.
-template <int N>
+/// value + sum_i gradient[i] eps_i, eps_i eps_j = 0. As of Lanes, the width of a register is part
+/// of the type.
+template <int N, int Width = kPackWidth>
 struct Dual {
   double value;
-  Lanes<N> gradient;
+  Lanes<N, Width> gradient;
 
   Dual() = default;                         // not initialised; Dual() and Dual{} are zero
   Dual(double v) : value(v), gradient{} {}  // NOLINT(google-explicit-constructor)
-  Dual(double v, const Lanes<N>& g) : value(v), gradient(g) {}
+  Dual(double v, const Lanes<N, Width>& g) : value(v), gradient(g) {}
 
   /// The independent variable of one direction.
   [[gnu::always_inline]] static inline Dual variable(double v, int direction) {

@@ -15,7 +15,7 @@ struct FrictionChange {
   static constexpr std::array parameters{
       EffectParameter{"friction_change", "N.m", 0.0, -20.0, 20.0, 0.1},
       EffectParameter{
-          "friction_change_time", "s", 5.0, 0.0, 1e6, 1.0, Role::kShape, {0.5, 9.5, 10}}};
+          "friction_change_time", "s", 1.0, 0.0, 1e6, 1.0, Role::kShape, {0.5, 9.5, 10}}};
   static constexpr std::array<EffectState, 0> states{};
   static constexpr double kOverS = 0.01;  // s, in which it changes
 
