@@ -16,8 +16,10 @@
 /// The loop that every simulation of a record shares, for numbers of any kind.
 namespace armukf {
 
-/// Rows for an arm with an effect or two; as many as a model may have cost twice as much.
+/// Rows for an arm with an effect or two, and with a few more; as many as a model may have cost
+/// twice as much as the fewest.
 inline constexpr int kFewStates = 8;
+inline constexpr int kSomeStates = 12;
 
 inline double value_of(double x) { return x; }
 template <int N>
@@ -92,6 +94,7 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, const std:
   };
   if (model.effects.empty()) return with_rows(Rows<T, kArmStates>{});
   if (model.states.size() <= kFewStates) return with_rows(Rows<T, kFewStates>{});
+  if (model.states.size() <= kSomeStates) return with_rows(Rows<T, kSomeStates>{});
   return with_rows(Rows<T, kMaxStates>{});
 }
 
