@@ -25,7 +25,8 @@ PARAMETERS = {
     "kg·m²": "J",
     "s/rad": "alpha beta",
     "s": "drive_lag_time input_delay payload_time sensor_lag_time thermal_friction_time friction_change_time",
-    "rad": "backlash arm_backlash gear_hysteresis_distance presliding_distance gear_spring_curve_range arm_spring_curve_range",
+    "rad": "backlash arm_backlash gear_hysteresis_distance presliding_distance gear_spring_curve_range "
+           "arm_spring_curve_range",
     "rad/s": "friction_curve_range",
     "1/rad": "angle_curve_harmonic speed_ripple_harmonic torque_ripple_harmonic friction_ripple_harmonic",
     "Hz": "mode_motor_frequency mode_gear_frequency mode_arm_frequency external_torque_frequency "

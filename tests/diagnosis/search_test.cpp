@@ -3,38 +3,41 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
 
 #include "armukf/batch/experiment.hpp"
 
 namespace armukf {
 namespace {
 
-TEST(Suggested, HoldsTheHarmonicThatNobodyNamed) {
+/// Of an arm with that effect, which a plain model is fitted to.
+Suggested suggested_with(const std::string& effect, double size, double harmonic, int samples) {
   Model truth = published_estimate();
-  truth.add_effect("torque_ripple");
-  truth.parameter("torque_ripple").value = 0.3;
-  truth.parameter("torque_ripple_harmonic").value = 7.3;
+  truth.add_effect(effect);
+  truth.parameter(effect).value = size;
+  truth.parameter(effect + "_harmonic").value = harmonic;
   const std::vector<Record> pieces{
-      simulate_experiment(truth, {.samples = 4000, .sensor_noise = 0.1}).record};
-  const FittedModel base = fitted(published_estimate(), {}, pieces, {}, 50);
-  const Suggested suggested = suggested_by(base, pieces, {});
-  EXPECT_TRUE(std::ranges::any_of(suggested.harmonics, [](double harmonic) {
-    return std::abs(harmonic - 7.3) < 0.1;  // the motor turns by some 30 rad
-  }));
+      simulate_experiment(truth, {.samples = samples, .sensor_noise = 0.1}).record};
+  return suggested_by(fitted(published_estimate(), {}, pieces, {}, 50), pieces, {});
+}
+
+/// The motor turns by some 30 rad in 2 s.
+bool holds(const std::vector<double>& harmonics, double wanted) {
+  return std::ranges::any_of(harmonics,
+                             [&](double harmonic) { return std::abs(harmonic - wanted) < 0.1; });
+}
+
+TEST(Suggested, HoldsTheHarmonicThatNobodyNamed) {
+  const Suggested suggested = suggested_with("torque_ripple", 0.3, 7.3, 4000);
+  EXPECT_TRUE(holds(suggested.harmonics, 7.3));
   EXPECT_GT(suggested.harmonics_looked_at, static_cast<double>(suggested.harmonics.size()));
 }
 
 TEST(Suggested, HoldsTheHarmonicOfAFrictionThatGoesWithTheAngle) {
-  Model truth = published_estimate();
-  truth.add_effect("friction_ripple");
-  truth.parameter("friction_ripple").value = 0.4;
-  truth.parameter("friction_ripple_harmonic").value = 3.7;
-  const std::vector<Record> pieces{
-      simulate_experiment(truth, {.samples = 8000, .sensor_noise = 0.1}).record};
-  const FittedModel base = fitted(published_estimate(), {}, pieces, {}, 50);
-  const Suggested suggested = suggested_by(base, pieces, {});
-  EXPECT_TRUE(std::ranges::any_of(suggested.harmonics_of_friction,
-                                  [](double harmonic) { return std::abs(harmonic - 3.7) < 0.1; }));
+  const Suggested suggested = suggested_with("friction_ripple", 0.4, 3.7, 8000);
+  EXPECT_TRUE(holds(suggested.harmonics_of_friction, 3.7));
 }
 
 }  // namespace

@@ -10,11 +10,9 @@ namespace armukf {
 namespace {
 
 /// Calls work(Dual<N>()) with the least N of whole packs that has that many directions.
-template <int N = kPackWidth, class Work>
+template <int N = padded(4, kPackWidth), class Work>
 void with_directions(int count, Work work) {
-  if constexpr (N < 4) {  // single ones are not worth a loop of their own
-    with_directions<4>(count, work);
-  } else if constexpr (N < kDirectionsAtOnce) {
+  if constexpr (N < kDirectionsAtOnce) {
     if (count <= N) return work(Dual<N>());
     with_directions<N + padded(4, kPackWidth)>(count, work);
   } else {

@@ -20,7 +20,6 @@ namespace {
 
 constexpr int kIterations = 100;
 constexpr double kSameMinimum = 0.01;  // of the mean squared error
-constexpr int kPhases = 16;            // of an angle's period
 constexpr double kSpreadSds = 3.0;     // deviations that a record of another day may be off
 constexpr double kLeastSpread = 0.01;  // relative
 
@@ -61,11 +60,21 @@ double simulated_mse(const Model& model, const std::vector<double>& x0,
   return compared(y, {x0, {}}, samples).mse;
 }
 
-/// Initial states with each unknown angle where the simulation is best, one after the other. An
-/// angle enters by sin or cos of its multiples: a turn of 2 pi over the harmonic is a period.
-std::vector<double> with_angles(const Model& model, std::vector<double> x0,
-                                const std::vector<Sample>& samples,
-                                const Propagation& propagation) {
+/// 1/rad, how often an effect repeats in a turn of one rad of its angle; 1 where it has no
+/// harmonic.
+double harmonic_of(const Model& model, const EffectSlot& slot) {
+  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (parameters[i].grid.periodic) return model.parameters[slot.first_parameter + i].value;
+  return 1.0;
+}
+
+}  // namespace
+
+std::vector<double> with_best_phases(
+    const Model& model, std::vector<double> x0,
+    const std::function<double(const std::vector<double>&)>& error) {
+  constexpr int kPhases = 16;  // of a period
   for (const EffectSlot& slot : model.effects) {
     for (int i = slot.first_state; i < slot.first_state + slot.state_count(); ++i) {
       if (!is_cyclic(model.states[i].beginning)) continue;
@@ -74,24 +83,15 @@ std::vector<double> with_angles(const Model& model, std::vector<double> x0,
       double least = kUnbounded;
       for (int k = 0; k < kPhases; ++k) {
         x0[i] = 2.0 * std::numbers::pi / harmonic * k / kPhases;
-        const double mse = simulated_mse(model, x0, samples, propagation);
-        if (!(mse < least)) continue;
-        least = mse;
+        const double found = error(x0);
+        if (!(found < least)) continue;
+        least = found;
         best = x0[i];
       }
       x0[i] = best;
     }
   }
   return x0;
-}
-
-}  // namespace
-
-double harmonic_of(const Model& model, const EffectSlot& slot) {
-  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (parameters[i].grid.periodic) return model.parameters[slot.first_parameter + i].value;
-  return 1.0;
 }
 
 StatesOfPieces extended(StatesOfPieces x0, const Model& model) {
@@ -147,7 +147,9 @@ FittedModel placed(const std::vector<Model>& models, const std::vector<Record>& 
     const std::vector<Sample>& samples = pieces[e].samples;
     std::vector<double> x0 = fit_initial_states(model, all_free(model), samples, propagation).x0;
     if (model.has_angle()) {
-      x0 = with_angles(model, x0, samples, propagation);
+      x0 = with_best_phases(model, x0, [&](const std::vector<double>& from) {
+        return simulated_mse(model, from, samples, propagation);
+      });
       x0 = fit_initial_states(model, all_from(model, x0), samples, propagation).x0;
     }
     add_piece(simulation_fit(model, {x0, {}}, samples, propagation), pieces[e], sums, result);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "armukf/batch/identify.hpp"
@@ -30,9 +31,12 @@ StatesOfPieces extended(StatesOfPieces x0, const Model& model);
 FittedModel fitted(const Model& model, const StatesOfPieces& x0, const std::vector<Record>& pieces,
                    const Propagation& propagation, int iterations);
 
-/// 1/rad, how often an effect repeats in a turn of one rad of its angle; 1 where it has no
-/// harmonic.
-double harmonic_of(const Model& model, const EffectSlot& slot);
+/// States with each unknown angle and phase where the error of what follows from them is least,
+/// one after the other over 16 places of a period. They enter by sin or cos of their multiples: a
+/// turn of 2 pi over the harmonic is a period.
+std::vector<double> with_best_phases(
+    const Model& model, std::vector<double> x0,
+    const std::function<double(const std::vector<double>&)>& error);
 
 /// The model for a filter to go on with: the prior spread of its effects' parameters is what the
 /// fit leaves open, so that a filter does not search again for what is known.

@@ -22,7 +22,6 @@ namespace armukf {
 namespace {
 
 constexpr int kParts = 2 * kForesightBlocks;  // whose scatter tells the deviations
-constexpr int kPhases = 16;                   // of an angle's period
 
 /// The filter settles within a second; of a short piece the second half counts in any case.
 std::size_t first_that_counts(const Record& piece) {
@@ -281,20 +280,9 @@ StatesOfPieces states_before(const Model& model, const std::vector<Record>& piec
   for (std::size_t e = 0; e < pieces.size(); ++e) {
     const auto settled = static_cast<std::ptrdiff_t>(first_that_counts(pieces[e]));
     const std::vector<Sample> first(pieces[e].samples.begin(), pieces[e].samples.begin() + settled);
-    for (const EffectSlot& slot : model.effects) {
-      for (int i = slot.first_state; i < slot.first_state + slot.state_count(); ++i) {
-        if (!is_cyclic(model.states[i].beginning)) continue;
-        std::vector<double> x0 = all[e];
-        double least = kInfinite;
-        for (int k = 0; k < kPhases; ++k) {
-          x0[i] = 2.0 * std::numbers::pi / harmonic_of(model, slot) * k / kPhases;
-          const double error = beginning_error(model, x0, first, propagation);
-          if (!(error < least)) continue;
-          least = error;
-          all[e][i] = x0[i];
-        }
-      }
-    }
+    all[e] = with_best_phases(model, all[e], [&](const std::vector<double>& from) {
+      return beginning_error(model, from, first, propagation);
+    });
   }
   return all;
 }

@@ -52,6 +52,12 @@ struct Coefficients {
         arm_mobility(1.0 / (p[kJ] * (1.0 - p[kAm] - p[kAg]))) {}
 };
 
+/// Sign of the motor's dry friction at motor speed w (rad/s), smooth through standstill.
+template <class T>
+T friction_direction(const Coefficients<T>& c, const T& w) {
+  return tanh(T(c.beta * w));
+}
+
 /// Friction torque (N.m) at motor speed w (rad/s): viscous, Coulomb and Stribeck; odd in w.
 template <class T>
 [[gnu::always_inline]] inline T friction(const Coefficients<T>& c, const T& w) {

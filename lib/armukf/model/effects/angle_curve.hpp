@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "armukf/model/effect.hpp"
+#include "armukf/model/effects/over_motor_angle.hpp"
 
 namespace armukf::effects {
 
@@ -17,7 +18,7 @@ namespace armukf::effects {
 /// no record then goes all over a curve that did not repeat. By the harmonic it repeats once a turn
 /// (1), or over a range as long as wanted (2 pi / range). Where theta is 0 no record tells: it is a
 /// state of unknown beginning, which is why the first harmonic has no sine.
-struct AngleCurve {
+struct AngleCurve : OverMotorAngle {
   static constexpr std::string_view name = "angle_curve";
   static constexpr std::array parameters{
       EffectParameter{"angle_curve_cos_a", "N.m", 0.0, -20.0, 20.0, 0.1},
@@ -29,8 +30,7 @@ struct AngleCurve {
       EffectParameter{"angle_curve_sin_d", "N.m", 0.0, -20.0, 20.0, 0.1},
       EffectParameter{
           "angle_curve_harmonic", "1/rad", 1.0, 1e-3, 500.0, 1.0, Role::kShape, {}, true}};
-  static constexpr std::array states{
-      EffectState{"angle_curve_angle", "rad", Beginning::kAngle, 1.0}};
+  static constexpr std::array states{angle_state("angle_curve_angle")};
   static constexpr int range = -1;  // it repeats
   static constexpr LawAxes axes{"angle_curve_angle", "rad", "torque at the motor"};
 
@@ -59,11 +59,6 @@ struct AngleCurve {
   template <class T>
   static Contribution<T> contribute(const Motion<T>& motion, const T* x, const T* p) {
     return {.motor_torque = law(abscissa(motion, x), p)};
-  }
-
-  template <class T>
-  static void rates(const Motion<T>& motion, const T* /*x*/, const T* /*p*/, T* dx) {
-    dx[0] = motion.speed_motor();
   }
 };
 

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "armukf/model/effect.hpp"
+#include "armukf/model/effects/onset.hpp"
 
 namespace armukf::effects {
 
@@ -17,13 +18,11 @@ struct FrictionChange {
       EffectParameter{
           "friction_change_time", "s", 1.0, 0.0, 1e6, 1.0, Role::kShape, {0.5, 9.5, 10}}};
   static constexpr std::array<EffectState, 0> states{};
-  static constexpr double kOverS = 0.01;  // s, in which it changes
 
   template <class T>
   static Contribution<T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
-    const T since = (1.0 / kOverS) * (motion.time - p[1]);
-    const T direction = tanh(T(motion.arm.beta * motion.speed_motor()));
-    return {.motor_torque = -(p[0] * ((0.5 + 0.5 * tanh(since)) * direction))};
+    const T direction = friction_direction(motion.arm, motion.speed_motor());
+    return {.motor_torque = -(p[0] * (from_then_on(motion, p[1]) * direction))};
   }
 };
 

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "armukf/model/effect.hpp"
+#include "armukf/model/effects/onset.hpp"
 
 namespace armukf::effects {
 
@@ -14,12 +15,10 @@ struct PayloadChange {
       EffectParameter{"payload", "-", 0.0, -0.95, 100.0, 0.2},
       EffectParameter{"payload_time", "s", -1.0, -1.0, 1e6, 1.0, Role::kShape, {-1.0, 8.0, 10}}};
   static constexpr std::array<EffectState, 0> states{};
-  static constexpr double kPickUpS = 0.01;  // s, over which the payload comes on
 
   template <class T>
   static Contribution<T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
-    const T since = (1.0 / kPickUpS) * (motion.time - p[1]);
-    return {.arm_inertia = p[0] * (0.5 + 0.5 * tanh(since))};
+    return {.arm_inertia = p[0] * from_then_on(motion, p[1])};
   }
 };
 
