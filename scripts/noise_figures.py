@@ -4,7 +4,8 @@
     noise_figures.py                         all conditions, three arms that no setting was tuned on
     noise_figures.py --part 0.25 --known     a quarter of them, beside the filter that is told the noise
     noise_figures.py --half tuning           the arms that settings are tuned on
-    noise_figures.py --batch                 the intervals of `fit --free-initial all` as well
+    noise_figures.py --batch                 the intervals of `fit --free-initial all` and of
+                                             `fit --criterion prediction` as well
 
 Conditions: arms x sensor noise {0.1, 0.25, 0.5 rad/s} x its pole {0, 0.5, 0.9} x torque noise {0, 0.05,
 0.15, 0.3 N.m} x its pole {0, 0.9}, a record of 10 s each (and each repeat) by the blind plant, from the
@@ -72,8 +73,11 @@ def estimated(options, record, arm, model=None):
     return sweeps.armukf(options.program, "estimate", record, "--filter", options.filter, *told({"arm": arm}), *words)
 
 
-def fitted(options, record, arm):
-    return sweeps.armukf(options.program, "fit", record, "--free-initial", "all", "--threads", 1, *told({"arm": arm}))
+BATCH = {"batch": ("--free-initial", "all"), "batch, prediction": ("--criterion", "prediction")}
+
+
+def fitted(options, record, arm, how):
+    return sweeps.armukf(options.program, "fit", record, *how, "--threads", 1, *told({"arm": arm}))
 
 
 def told_model(condition, folder):
@@ -93,7 +97,7 @@ def trial(options, item):
         if options.known:
             results["told"] = estimated(options, record, arm, told_model(condition, folder))
         if options.batch:
-            results["batch"] = fitted(options, record, arm)
+            results |= {way: fitted(options, record, arm, how) for way, how in BATCH.items()}
     return condition, {way: figures(result, arm) for way, result in results.items()}
 
 
@@ -126,9 +130,12 @@ def report(runs, options, checks):
         checks.expect(85 <= share <= 95 and ratio <= 1.2, text)
     print(f"        all parameters {coverage(learnt):.1f} %" +
           (f", with the noise known {coverage(told):.1f} %" if told else ""))
-    if options.batch:
-        batch = coverage([r["batch"] for _, r in runs])
-        checks.expect(85 <= batch <= 95, f"batch: 90 % interval holds the truth in {batch:.1f} % (85 to 95)")
+    for way in BATCH if options.batch else ():
+        batch = [r[way] for _, r in runs]
+        held = coverage(batch)
+        errors = ", ".join(f"{n} {statistics.median(abs(100 * r['error'][n]) for r in batch):.2f}" for n in TRUTH)
+        checks.expect(85 <= held <= 95, f"{way}: 90 % interval holds the truth in {held:.1f} % (85 to 95); "
+                      f"median errors in percent: {errors}")
     worst = min((coverage([r["learnt"] for c, r in runs if getattr(c, field) == value]), f"{field} {value}")
                 for field in Condition.__dataclass_fields__ for value in {getattr(c, field) for c, _ in runs})
     checks.expect(worst[0] >= 75, f"worst single level: {worst[1]}, {worst[0]:.0f} % (at least 75)")

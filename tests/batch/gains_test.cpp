@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "armukf/batch/experiment.hpp"
@@ -31,18 +32,20 @@ TEST(Gains, MakeTheSimulationThePredictionOfTheFilter) {
     const std::vector<double> x0 = rest(model, samples);
     const Prediction expected = predict_ahead(model, x0, samples, {}, 1);
     const Gains gains =
-        filter_gains(model, x0, samples, {}, expected.torque_density / expected.sensor_sd);
+        filter_gains(model, x0, samples, {}, {expected.torque_density / expected.sensor_sd});
     const Sensitivities found = sensitivities(model, x0, samples, {}, {}, gains);
     for (std::size_t k = 1; k < samples.size(); ++k)
       ASSERT_NEAR(found.y[k], expected.y[k], 1e-9) << effect << " at " << k;
   }
 }
 
-TEST(Gains, DerivativesOfCorrectedSimulationsAreExact) {
+class Colour : public testing::TestWithParam<double> {};
+
+TEST_P(Colour, DerivativesOfCorrectedSimulationsAreExact) {
   const Model model = published_estimate();
   const std::vector<Sample> samples = noisy_samples();
   const std::vector<double> x0 = rest(model, samples);
-  const Gains gains = filter_gains(model, x0, samples, {}, 0.1);
+  const Gains gains = filter_gains(model, x0, samples, {}, {0.1, GetParam()});
   const Directions all{model.unknowns(), {kTwistGear, kSpeedArm}};
   const Sensitivities found = sensitivities(model, x0, samples, {}, all, gains);
   for (int j = 0; j < static_cast<int>(all.parameters.size()); ++j) {
@@ -65,12 +68,30 @@ TEST(Gains, DerivativesOfCorrectedSimulationsAreExact) {
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(Gains, Colour, testing::Values(0.0, 0.7));
+
+TEST(Gains, OfASensorNoiseWithAColourSomeIsExpectedAgain) {
+  constexpr double kPole = 0.7;
+  constexpr double kHardlyAny = 1e-6;  // torque noise: the states are not corrected
+  const Model model = published_estimate();
+  const std::vector<Sample> samples = noisy_samples();
+  const std::vector<double> x0(model.states.size(), 0.0);
+  Gains gains = filter_gains(model, x0, samples, {}, {kHardlyAny, kPole});
+  std::ranges::fill(gains.rows, 0.0);
+  const std::vector<double> predicted = simulate(model, x0, samples, {}, Angles::kSimulated, gains);
+  const std::vector<double> plain = simulate(model, x0, samples, {}, Angles::kSimulated);
+  EXPECT_EQ(predicted[0], plain[0]);
+  for (std::size_t k = 1; k < samples.size(); ++k)
+    ASSERT_NEAR(predicted[k], plain[k] + kPole * (samples[k - 1].y - plain[k - 1]), 1e-12) << k;
+  EXPECT_NEAR(gains.innovation_sd.back(), std::sqrt(1.0 - kPole * kPole), 1e-2);
+}
+
 TEST(Gains, AMissingMeasurementCorrectsNothing) {
   const Model model = published_estimate();
   std::vector<Sample> samples = noisy_samples();
   for (std::size_t k = 0; k < samples.size(); ++k) samples[k].y = std::nan("");
   const std::vector<double> x0(model.states.size(), 0.0);
-  const Gains gains = filter_gains(model, x0, samples, {}, 0.1);
+  const Gains gains = filter_gains(model, x0, samples, {}, {0.1});
   const std::vector<double> corrected = sensitivities(model, x0, samples, {}, {}, gains).y;
   const std::vector<double> plain = simulate(model, x0, samples, {});
   for (std::size_t k = 0; k < samples.size(); ++k) EXPECT_NEAR(corrected[k], plain[k], 1e-10);
@@ -83,11 +104,58 @@ TEST(Gains, TheFilterFollowsMoreWhereTheTorqueIsNoisier) {
   const std::size_t last = samples.size() - 1;
   double before = 0.0;
   for (const double density : {0.01, 0.1, 1.0}) {
-    const double gain = filter_gains(model, x0, samples, {}, density)(last, kSpeedMotor);
+    const double gain = filter_gains(model, x0, samples, {}, {density})(last, kSpeedMotor);
     EXPECT_GT(gain, before);
     EXPECT_LT(gain, 1.0);
     before = gain;
   }
+}
+
+/// In closed loop: the controller sees the sensor's noise.
+Record coloured_record(double sensor_noise, double pole, double torque_noise, unsigned seed = 1) {
+  return simulate_experiment(published_estimate(), {.seed = seed,
+                                                    .samples = 10000,
+                                                    .sensor_noise = sensor_noise,
+                                                    .sensor_pole = pole,
+                                                    .torque_disturbance = torque_noise})
+      .record;
+}
+
+TEST(LikeliestNoise, IsTheRecords) {
+  constexpr double kSampleTime = 5e-4;
+  const Model model = published_estimate();
+  const Record record = coloured_record(0.2, 0.6, 0.5);
+  const FilterNoise noise = likeliest_noise(model, {rest(model, record.samples)}, {record}, {});
+  EXPECT_NEAR(noise.pole, 0.6, 0.03);
+  EXPECT_TRUE(noise.motor_alone);
+  EXPECT_NEAR(noise.density, 0.5 * std::sqrt(kSampleTime) / 0.2, 0.01);
+}
+
+TEST(LikeliestNoise, StaysNearWhatIsGiven) {
+  const Model model = published_estimate();
+  const Record record = coloured_record(0.2, 0.6, 0.5);
+  const StatesOfPieces x0{rest(model, record.samples)};
+  const FilterNoise noise = likeliest_noise(model, x0, {record}, {}, FilterNoise{0.05, 0.3, false});
+  EXPECT_NEAR(noise.pole, 0.45, 0.02);  // 0.15 further
+  EXPECT_TRUE(noise.motor_alone);
+}
+
+/// Noise that the controller brings into the torque leads a fit astray that takes it for white: by
+/// many of its deviations.
+TEST(Identify, PredictionsAreTrueInClosedLoop) {
+  const Model truth = published_estimate();
+  IdentifySettings settings;
+  settings.criterion = Criterion::kPrediction;
+  settings.initial = prediction_choice(published_arm());
+  settings.jackknife = false;
+  const Identification found =
+      identify(published_arm(), {coloured_record(0.4, 0.8, 0.3)}, settings);
+  for (const ParameterEstimate& p : found.parameters)
+    EXPECT_LT(std::abs(p.value - truth.parameters[p.position].value), 4.0 * p.sd)
+        << truth.parameters[p.position].name;
+  EXPECT_NEAR(found.noise->sensor_pole, 0.8, 0.02);
+  EXPECT_NEAR(found.noise->sensor_sd, 0.4, 0.03);
+  EXPECT_LT(found.noise->correlation, 0.05);
 }
 
 TEST(Identify, FindsNoiseByPrediction) {
@@ -99,6 +167,8 @@ TEST(Identify, FindsNoiseByPrediction) {
   ASSERT_TRUE(found.noise.has_value());
   EXPECT_NEAR(found.noise->sensor_sd, 0.1, 0.02);
   EXPECT_NEAR(found.noise->torque_density, 0.5 * std::sqrt(5e-4), 0.01);
+  EXPECT_TRUE(found.noise->motor_alone);
+  EXPECT_NEAR(found.noise->sensor_pole, 0.0, 0.05);
   EXPECT_LT(std::pow(found.noise->rmse, 2), found.mse);
   EXPECT_FALSE(identify(published_arm(), {record}, {}).noise.has_value());
 }

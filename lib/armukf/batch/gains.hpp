@@ -13,8 +13,13 @@ namespace armukf {
 /// what it says before. With the gains of a Kalman filter that y is the prediction one sample
 /// ahead, the innovations form of the model; without any it is the plain simulation. Source: L.
 /// Ljung, "System Identification", 2nd ed. 1999, section 4.3.
+///
+/// Of a sensor's noise with a colour the prediction holds what is expected of it: pole times what
+/// the correction has left of the last measurement. Source: A. E. Bryson and L. J. Henrikson,
+/// "Estimation using sampled data containing sequentially correlated noise", J. Spacecraft 5, 1968.
 struct Gains {
   int states = 0;                     // of the model
+  double pole = 0.0;                  // of the sensor's noise, from sample to sample
   std::vector<double> rows;           // K_k at each sample, one per state, states per (rad/s)
   std::vector<double> innovation_sd;  // at each sample, over that of the sensor's noise
 
@@ -27,11 +32,19 @@ struct Gains {
   }
 };
 
-/// The gains of the extended Kalman filter of predict_ahead, for white torque noise of that density
-/// (N.m.s^1/2 per rad/s of sensor noise) at each mass. They hold at the model's parameters, and are
-/// meant to stay while parameters are varied about them.
+/// What a filter of the states takes for noise: a white torque, at each mass or at the motor alone,
+/// of that density over the sensor noise's deviation (N.m.s^1/2 per rad/s), and a sensor noise that
+/// is a first-order autoregression of that pole.
+struct FilterNoise {
+  double density;
+  double pole = 0.0;
+  bool motor_alone = false;
+};
+
+/// The gains of the extended Kalman filter of predict_ahead. They hold at the model's parameters,
+/// and are meant to stay while parameters are varied about them.
 Gains filter_gains(const Model& model, const std::vector<double>& x0,
                    const std::vector<Sample>& samples, const Propagation& propagation,
-                   double density);
+                   const FilterNoise& noise);
 
 }  // namespace armukf

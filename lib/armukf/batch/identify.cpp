@@ -11,6 +11,7 @@
 
 #include "armukf/batch/jackknife.hpp"
 #include "armukf/batch/output_error.hpp"
+#include "armukf/batch/searches.hpp"
 #include "armukf/batch/stopped.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
@@ -54,100 +55,19 @@ Model drawn(const Model& model, std::mt19937_64& generator) {
   return start;
 }
 
-/// What all searches share.
-struct Task {
-  const std::vector<Record>& records;
-  const IdentifySettings& settings;
-  SearchLimits limits;
-};
-
-/// Where a search from one start ended.
-struct Found {
-  Model model;
-  Minimum minimum;
-  StatesOfPieces x0;              // at the first sample of each record
-  std::vector<Gains> gains;       // one per record, if it was for predictions
-  std::optional<double> density;  // of the torque's noise, over the sensor's deviation
-  double loss = kInfinite;        // -ln of the likelihood, but for what is the same for all
-};
-
-double log_innovation_sd(const std::vector<Gains>& gains) {
-  double sum = 0.0;
-  for (const Gains& g : gains)
-    for (const double sd : g.innovation_sd)
-      if (std::isfinite(sd)) sum += std::log(sd);
-  return sum;
-}
-
-/// Searches from the model's values and those initial states on, the gains as they are.
-Found searched(const Model& model, const StatesOfPieces& x0, std::vector<Gains> gains,
-               const Task& task) {
-  stop_if_asked(task.limits.stop);
-  const OutputError error(model, task.records, task.settings.initial, task.settings.propagation,
-                          gains);
-  Found found;
-  found.minimum = search(error, error.variables_of_model(x0), kInfinite, task.limits);
-  stop_if_asked(task.limits.stop);
-  found.model = error.model_at(found.minimum.z.data());
-  found.x0 = error.initial_states_at(found.minimum.z.data());
-  found.loss = 0.5 * error.measured() * std::log(found.minimum.cost) + log_innovation_sd(gains);
-  found.gains = std::move(gains);
-  return found;
-}
-
-std::vector<Gains> gains_at(const Model& model, const StatesOfPieces& x0, double density,
-                            const Task& task) {
-  std::vector<Gains> gains;
-  for (std::size_t e = 0; e < task.records.size(); ++e) {
-    const std::vector<Sample>& samples = task.records[e].samples;
-    std::vector<double> x = initial_guess(model, task.settings.initial, samples);
-    if (e < x0.size()) std::ranges::copy(x0[e], x.begin());
-    gains.push_back(filter_gains(model, x, samples, task.settings.propagation, density));
-  }
-  return gains;
-}
-
-/// From high gains to low ones, each from where the last search ended; then once more with the
-/// gains of the likeliest.
-Found searched_for_predictions(const Model& start, const Task& task) {
-  // N.m.s^1/2 per rad/s: from a filter that follows every measurement to one that hardly corrects.
-  constexpr std::array kDensities{1.0, 0.3, 0.1, 0.03, 0.01};
-  constexpr int kRounds = 2;  // gains of a level, then of where they lead
-  Found best;
-  Found now;
-  now.model = start;
-  StatesOfPieces x0 = task.settings.first_states;
-  int iterations = 0;
-  int evaluations = 0;
-  for (const double density : kDensities) {
-    for (int round = 0; round < kRounds; ++round) {
-      now = searched(now.model, x0, gains_at(now.model, x0, density, task), task);
-      now.density = density;
-      x0 = now.x0;
-      iterations += now.minimum.iterations;
-      evaluations += now.minimum.evaluations;
-    }
-    if (now.loss < best.loss) best = now;
-  }
-  if (best.model.parameters.empty()) best = now;  // none could be predicted
-  best.minimum.iterations = iterations;
-  best.minimum.evaluations = evaluations;
-  return best;
-}
-
 /// Searches from several starts; the best minimum first.
-std::vector<Found> search_all(const Model& model, const Task& task) {
-  std::mt19937_64 generator(task.settings.seed);
+std::vector<FoundMinimum> search_all(const Model& model, const SearchTask& task,
+                                     const IdentifySettings& settings) {
+  std::mt19937_64 generator(settings.seed);
   std::vector<Model> starts{model};
-  while (static_cast<int>(starts.size()) < task.settings.starts)
+  while (static_cast<int>(starts.size()) < settings.starts)
     starts.push_back(drawn(model, generator));
-  std::vector<Found> found(starts.size());
-  for_each_job(task.settings.threads, static_cast<int>(starts.size()), [&](int k) {
-    found[k] = task.settings.criterion == Criterion::kPrediction
-                   ? searched_for_predictions(starts[k], task)
-                   : searched(starts[k], task.settings.first_states, {}, task);
-  });
-  std::ranges::stable_sort(found, {}, &Found::loss);
+  std::vector<FoundMinimum> found(starts.size());
+  const auto search = settings.criterion == Criterion::kPrediction ? searched_for_predictions
+                                                                   : searched_for_simulation;
+  for_each_job(settings.threads, static_cast<int>(starts.size()),
+               [&](int k) { found[k] = search(starts[k], settings.first_states, task); });
+  std::ranges::stable_sort(found, {}, &FoundMinimum::loss);
   return found;
 }
 
@@ -257,13 +177,17 @@ void report_criteria(double measurements, double d, Identification& result) {
 }
 
 /// What the predictions at that search's end say of the noise.
-PredictionNoise noise_of(const Found& found, const OutputError& error) {
+PredictionNoise noise_of(const FoundMinimum& found, const OutputError& error,
+                         const SearchTask& task) {
   PredictionNoise noise;
   const OutputError::Evaluation at = error.evaluate(found.minimum.z.data());
   if (!at.valid) return noise;
   const double n = error.measured();
   noise.sensor_sd = std::sqrt(at.r.squaredNorm() / n);
-  noise.torque_density = *found.density * noise.sensor_sd;
+  noise.torque_density = found.noise->density * noise.sensor_sd;
+  noise.sensor_pole = found.noise->pole;
+  noise.motor_alone = found.noise->motor_alone;
+  noise.correlation = largest_correlation(found, task);
   noise.log_likelihood =
       -0.5 * n * (std::log(2.0 * std::numbers::pi * std::pow(noise.sensor_sd, 2)) + 1.0) -
       log_innovation_sd(found.gains);
@@ -312,11 +236,11 @@ Identification identify_pieces(const Model& model, const std::vector<Record>& re
                                const IdentifySettings& settings) {
   const OutputError unfitted(model, records, settings.initial, settings.propagation);
   check_length(unfitted, records);
-  Task task{records, settings, limits_for(unfitted)};
+  SearchTask task{records, settings.initial, settings.propagation, limits_for(unfitted)};
   task.limits.iterations = settings.iterations;
   task.limits.stop = settings.stop;
-  const std::vector<Found> all = search_all(model, task);
-  const Found& found = all.front();
+  const std::vector<FoundMinimum> all = search_all(model, task, settings);
+  const FoundMinimum& found = all.front();
   Minimum best = found.minimum;
   const OutputError error(found.model, records, settings.initial, settings.propagation,
                           found.gains);
@@ -325,9 +249,9 @@ Identification identify_pieces(const Model& model, const std::vector<Record>& re
   result.starts = static_cast<int>(all.size());
   const double same = found.loss + 0.5 * error.measured() * std::log1p(kSameMinimum);
   result.agreeing = static_cast<int>(std::ranges::count_if(
-      all, [&](const Found& f) { return std::isfinite(f.minimum.cost) && f.loss <= same; }));
+      all, [&](const FoundMinimum& f) { return std::isfinite(f.minimum.cost) && f.loss <= same; }));
   result.huber_scale = kInfinite;
-  for (const Found& f : all) {
+  for (const FoundMinimum& f : all) {
     result.iterations += f.minimum.iterations;
     result.evaluations += f.minimum.evaluations;
   }
@@ -345,7 +269,7 @@ Identification identify_pieces(const Model& model, const std::vector<Record>& re
   for (std::size_t e = 0; e < records.size(); ++e)
     initial.push_back(
         initial_states(error, settings.initial.free, best.z, static_cast<int>(e), spread));
-  if (found.density) result.noise = noise_of(found, error);
+  if (found.noise) result.noise = noise_of(found, error, task);
   std::vector<double> block_sd;
   if (settings.jackknife && std::isfinite(best.cost))
     block_sd = jackknife_deviations({result.model, records, error.initial_states_at(best.z.data()),

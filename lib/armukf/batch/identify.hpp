@@ -17,8 +17,9 @@ namespace armukf {
 
 /// What a fit minimises: the error of the plain simulation (output error), or that of the
 /// prediction one sample ahead by the model and a Kalman filter of its states (prediction error).
-/// The latter is the better estimate where the torque has noise that is not in u; but what its
-/// filter absorbs, an offset above all, it hardly sees.
+/// The latter is the better estimate where the model is complete: the torque's noise that is not in
+/// u is no dynamics to it, nor what the controller makes of the sensor's. But what its filter
+/// absorbs it hardly sees: where something is missing, it takes that for noise.
 enum class Criterion { kSimulation, kPrediction };
 
 /// What the user may choose of a batch estimate, beside the model.
@@ -60,10 +61,15 @@ struct Experiment {
 
 /// The noise that a prediction-error fit found.
 struct PredictionNoise {
-  double torque_density = 0.0;  // N.m.s^1/2, white torque noise at each mass
-  double sensor_sd = 0.0;       // rad/s, white sensor noise
+  double torque_density = 0.0;  // N.m.s^1/2, white torque noise
+  bool motor_alone = false;     // it is at the motor, not at each mass
+  double sensor_sd = 0.0;       // rad/s, sensor noise
+  double sensor_pole = 0.0;     // of that, a first-order autoregression from sample to sample
   double rmse = 0.0;            // rad/s, of the predictions one sample ahead
   double log_likelihood = 0.0;
+  /// Of the innovations over their deviations: the largest magnitude of their correlations over 1
+  /// to 40 samples, 0 where the noise and the model are all there is.
+  double correlation = 0.0;
 };
 
 /// Least squares over one or more records.
@@ -91,10 +97,9 @@ struct Identification {
 
 /// Minimises the squared error of the motor speed over the model's unknown parameters and the free
 /// initial states of every record: of the simulation, which is what `nlgreyest` calls an
-/// output-error fit, or of the prediction. The filter of the latter begins with a gain that follows
-/// every measurement, where no start is too far off, and ends at the likeliest of a few levels of
-/// torque noise. Each piece of a record between its gaps is an experiment of its own. Throws
-/// InputError where the records are too short for that many unknowns.
+/// output-error fit, or of the prediction one sample ahead, by a filter with the noise that makes
+/// the records likeliest (searches.hpp). Each piece of a record between its gaps is an experiment
+/// of its own. Throws InputError where the records are too short for that many unknowns.
 Identification identify(const Model& model, const std::vector<Record>& records,
                         const IdentifySettings& settings);
 

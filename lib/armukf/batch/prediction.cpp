@@ -4,6 +4,7 @@
 #include <cmath>
 #include <deque>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "armukf/batch/gains.hpp"
@@ -29,6 +30,13 @@ struct InnovationSums {
     count += 1.0;
   }
 
+  InnovationSums& operator+=(const InnovationSums& more) {
+    count += more.count;
+    nis += more.nis;
+    log_variance += more.log_variance;
+    return *this;
+  }
+
   /// The sensor's variance with which the mean NIS is 1.
   double sensor_variance() const { return nis / count; }
 
@@ -38,10 +46,11 @@ struct InnovationSums {
   }
 };
 
-/// The states of the arm alone, and those of any model.
+/// The states of the arm alone, and those of any model, the sensor's noise beside them.
 using ArmShape = FixedShape<kArmStates, 0>;
 using FewShape = BoundedShape<8, 8>;
 using AnyShape = BoundedShape<kMaxStates, kMaxStates>;
+using WideShape = BoundedShape<kMaxStates + 1, kMaxStates + 1>;
 
 /// The prior deviations of the initial states fade within a second. Until then they count for
 /// nothing in the sums: in units of the sensor's noise, which is not known yet, they may be far
@@ -55,6 +64,13 @@ struct Setting {
   const std::vector<double>& x0;
   const std::vector<Sample>& samples;
   const Propagation& propagation;
+  FilterNoise noise{0.0};
+
+  int states() const { return static_cast<int>(model.states.size()); }
+
+  /// Of a sensor noise that has a colour: behind the model's states.
+  int noise_row() const { return states(); }
+  bool coloured() const { return noise.pole != 0.0; }
 };
 
 /// Model states from sample k - 1 to sample k, for rows of any number.
@@ -96,10 +112,12 @@ class Step {
 
 /// Torque noise as variance added to each state per second.
 template <class Shape>
-StepNoise<Shape> noise_per_second(const Model& model, double density) {
-  const std::array<double, kMassCount> mobility = mobilities(model.values().data());
+StepNoise<Shape> noise_per_second(const Setting& setting) {
+  const std::array<double, kMassCount> mobility = mobilities(setting.model.values().data());
   StepNoise<Shape> noise{};
-  for (int i = 0; i < kMassCount; ++i) noise[kMasses[i].speed] = std::pow(mobility[i] * density, 2);
+  for (int i = 0; i < kMassCount; ++i)
+    if (!setting.noise.motor_alone || kMasses[i].speed == kMeasuredState)
+      noise[kMasses[i].speed] = std::pow(mobility[i] * setting.noise.density, 2);
   return noise;
 }
 
@@ -107,7 +125,7 @@ template <class Shape>
 Gaussian<Shape> first_belief(const Setting& setting, Shape shape) {
   Gaussian<Shape> belief;
   belief.shape = shape;
-  for (int i = 0; i < shape.states(); ++i) {
+  for (int i = 0; i < setting.states(); ++i) {
     const Coordinate& state = setting.model.states[i];
     const double sd = state.motive == Motive::kTwist   ? kTwistSpread
                       : state.motive == Motive::kSpeed ? kSpeedSpread
@@ -115,6 +133,7 @@ Gaussian<Shape> first_belief(const Setting& setting, Shape shape) {
     belief.mean[i] = setting.x0[i];
     belief.covariance[i][i] = sd * sd;
   }
+  if (setting.coloured()) belief.covariance[setting.noise_row()][setting.noise_row()] = 1.0;
   return belief;
 }
 
@@ -127,29 +146,34 @@ struct Update {
 
 /// The belief at sample k given the speed y.
 template <class Shape>
-Update<Shape> updated(Gaussian<Shape>& belief, const Linearised<Shape>& rule,
-                      const Step<typename Linearised<Shape>::Number>& step, std::size_t k,
-                      double y) {
+Update<Shape> updated(const Setting& setting, Gaussian<Shape>& belief,
+                      const Linearised<Shape>& rule,
+                      const Step<typename Linearised<Shape>::Number>& step, std::size_t k) {
+  constexpr double kRest = 1e-9;  // of the noise's variance: all of it is in its row
   const Measurement<Shape> speed = rule.measurement(belief.shape, belief.mean, [&](const auto* x) {
     std::array<typename Linearised<Shape>::Number, Shape::kStates> states;
     std::copy_n(x, Shape::kStates, states.begin());
-    return step.measured(states, k);
+    auto y = step.measured(states, k);
+    if (setting.coloured()) y += x[setting.noise_row()];
+    return y;
   });
-  const Update<Shape> update{innovation(belief, speed, y, 1.0), speed.covariance(belief)};
+  const Update<Shape> update{
+      innovation(belief, speed, setting.samples[k].y, setting.coloured() ? kRest : 1.0),
+      speed.covariance(belief)};
   condition(belief, update.covariance, update.innovation);
   return update;
 }
 
-/// An extended Kalman filter of the states over the record, the sensor's noise variance 1 and the
-/// torque noise's density (N.m.s^1/2 per rad/s of sensor noise) as given. Calls visit(k, x) with
-/// the states believed at sample k, given the measurements before and at it, and after each
-/// measurement see(k, update).
+/// An extended Kalman filter of the states over the record, the sensor's noise variance 1. Calls
+/// visit(k, x) with the states believed at sample k, given the measurements before and at it, and
+/// after each measurement see(k, update).
 template <class Shape, class Visit, class See>
-InnovationSums filter(const Setting& setting, Shape shape, double density, Visit visit, See see) {
+InnovationSums filter(const Setting& setting, Shape shape, Visit visit, See see) {
   using Number = typename Linearised<Shape>::Number;
   const Step<Number> step(setting);
   const Linearised<Shape> rule;
-  const StepNoise<Shape> noise = noise_per_second<Shape>(setting.model, density);
+  const StepNoise<Shape> noise = noise_per_second<Shape>(setting);
+  const double pole = setting.noise.pole;
   Gaussian<Shape> belief = first_belief(setting, shape);
   InnovationSums sums;
   const std::vector<Sample>& samples = setting.samples;
@@ -161,14 +185,16 @@ InnovationSums filter(const Setting& setting, Shape shape, double density, Visit
         std::array<Number, Shape::kStates> moved{};
         std::copy_n(x, shape.states(), moved.begin());
         step(moved, k);
+        if (setting.coloured()) moved[setting.noise_row()] = pole * x[setting.noise_row()];
         return moved;
       };
       const double dt = setting.samples[k].t - setting.samples[k - 1].t;
-      move_to(belief, rule(belief, f), dt * noise);
+      StepNoise<Shape> variance = dt * noise;
+      if (setting.coloured()) variance[setting.noise_row()] = 1.0 - pole * pole;
+      move_to(belief, rule(belief, f), variance);
     }
-    const double y = setting.samples[k].y;
-    if (!std::isnan(y)) {
-      const Update<Shape> update = updated(belief, rule, step, k, y);
+    if (!std::isnan(setting.samples[k].y)) {
+      const Update<Shape> update = updated(setting, belief, rule, step, k);
       if (samples[k].t >= faded) sums.add(update.innovation);
       see(k, update);
     }
@@ -180,8 +206,8 @@ InnovationSums filter(const Setting& setting, Shape shape, double density, Visit
 /// Calls visit(k, y) with the predicted speed at every `stride`-th sample k from `horizon` on;
 /// returns the innovations' sums.
 template <class Shape, class Visit>
-InnovationSums visit_predictions(const Setting& setting, Shape shape, double density,
-                                 std::size_t horizon, std::size_t stride, Visit visit) {
+InnovationSums visit_predictions(const Setting& setting, Shape shape, std::size_t horizon,
+                                 std::size_t stride, Visit visit) {
   const Step<double> step(setting);
   const auto predict = [&](std::size_t k, const auto& belief) {
     if (k + horizon >= setting.samples.size() || k % stride != 0) return;
@@ -190,43 +216,45 @@ InnovationSums visit_predictions(const Setting& setting, Shape shape, double den
     for (std::size_t i = 1; i <= horizon; ++i) step(x, k + i);
     visit(k + horizon, step.measured(x, k + horizon));
   };
-  return filter(setting, shape, density, predict, [](std::size_t, const Update<Shape>&) {});
+  return filter(setting, shape, predict, [](std::size_t, const Update<Shape>&) {});
 }
 
 template <class Shape>
-Gains gains_of(const Setting& setting, Shape shape, double density) {
+Gains gains_of(const Setting& setting, Shape shape) {
   const std::size_t n = setting.samples.size();
-  Gains gains{shape.states(), std::vector<double>(n * shape.states(), 0.0),
+  const int states = setting.states();
+  Gains gains{states, setting.noise.pole, std::vector<double>(n * states, 0.0),
               std::vector<double>(n, kInfinite)};
   const auto note = [&](std::size_t k, const Update<Shape>& update) {
-    for (int i = 0; i < shape.states(); ++i)
-      gains.rows[k * shape.states() + i] = update.covariance[i] / update.innovation.variance;
+    for (int i = 0; i < states; ++i)
+      gains.rows[k * states + i] = update.covariance[i] / update.innovation.variance;
     gains.innovation_sd[k] = std::sqrt(update.innovation.variance);
   };
   filter(
-      setting, shape, density, [](std::size_t, const auto&) {}, note);
+      setting, shape, [](std::size_t, const auto&) {}, note);
   return gains;
 }
 
-/// Calls visit(shape) with the shape of the model's states; all calls return the same type.
+/// Calls visit(shape) with the shape of what the filter believes; all calls return the same type.
 template <class Visit>
-auto with_state_shape(const Model& model, Visit visit) {
-  const int states = static_cast<int>(model.states.size());
+auto with_state_shape(const Setting& setting, Visit visit) {
+  const int states = setting.states() + (setting.coloured() ? 1 : 0);
   if (states == kArmStates) return visit(ArmShape{});
   if (states <= FewShape::kStates) return visit(FewShape{states, states});
-  return visit(AnyShape{states, states});
+  if (states <= AnyShape::kStates) return visit(AnyShape{states, states});
+  return visit(WideShape{states, states});
 }
 
-/// The x in [low, high] of the least loss, where that has one minimum; by golden section.
+/// The x in [low, high] of the least loss, where that has one minimum; by golden section,
+/// each step of which leaves 62 % of the interval.
 template <class Loss>
-double least(double low, double high, const Loss& loss) {
-  constexpr int kSteps = 14;  // leave 0.1 % of the interval
+double least(double low, double high, const Loss& loss, int steps = 14) {
   const double golden = 1.0 / std::numbers::phi;
   double a = high - golden * (high - low);
   double b = low + golden * (high - low);
   double loss_a = loss(a);
   double loss_b = loss(b);
-  for (int i = 0; i < kSteps; ++i) {
+  for (int i = 0; i < steps; ++i) {
     if (loss_a < loss_b) {
       high = std::exchange(b, a);
       loss_b = loss_a;
@@ -242,16 +270,17 @@ double least(double low, double high, const Loss& loss) {
   return 0.5 * (low + high);
 }
 
-/// The density whose predictions are best.
+/// The density whose predictions are best, the sensor's noise white.
 template <class Shape>
-double best_density(const Setting& setting, Shape shape, std::size_t horizon) {
+double best_density(Setting setting, Shape shape, std::size_t horizon) {
   constexpr double kLeast = -8.0;         // ln of N.m.s^1/2 per rad/s: only the sensor is noisy
   constexpr double kMost = 6.0;           // only the torque is
   constexpr std::size_t kPerHorizon = 4;  // predictions that overlap more tell little more
   const std::size_t stride = std::max<std::size_t>(1, horizon / kPerHorizon);
   return std::exp(least(kLeast, kMost, [&](double x) {
     double sum = 0.0;
-    visit_predictions(setting, shape, std::exp(x), horizon, stride, [&](std::size_t k, double y) {
+    setting.noise.density = std::exp(x);
+    visit_predictions(setting, shape, horizon, stride, [&](std::size_t k, double y) {
       const double error = y - setting.samples[k].y;
       if (!std::isnan(setting.samples[k].y)) sum += error * error;
     });
@@ -260,7 +289,7 @@ double best_density(const Setting& setting, Shape shape, std::size_t horizon) {
 }
 
 template <class Shape>
-std::vector<std::vector<double>> predictions_at(const Setting& setting, Shape shape, double density,
+std::vector<std::vector<double>> predictions_at(const Setting& setting, Shape shape,
                                                 std::span<const int> horizons,
                                                 const PartModels& parts) {
   const std::size_t n = setting.samples.size();
@@ -292,12 +321,12 @@ std::vector<std::vector<double>> predictions_at(const Setting& setting, Shape sh
       }
     }
   };
-  filter(setting, shape, density, predict, [](std::size_t, const Update<Shape>&) {});
+  filter(setting, shape, predict, [](std::size_t, const Update<Shape>&) {});
   return all;
 }
 
 template <class Shape>
-Prediction predict_ahead(const Setting& setting, Shape shape, std::size_t horizon) {
+Prediction predict_ahead(Setting setting, Shape shape, std::size_t horizon) {
   const std::size_t n = setting.samples.size();
   const std::vector<Sample> first(setting.samples.begin(),
                                   setting.samples.begin() + std::min(horizon, n));
@@ -306,12 +335,12 @@ Prediction predict_ahead(const Setting& setting, Shape shape, std::size_t horizo
   prediction.y =
       simulate(setting.model, setting.x0, first, setting.propagation, Angles::kSimulated);
   prediction.y.resize(n, kNaN);
-  const double density = best_density(setting, shape, horizon);
+  setting.noise.density = best_density(setting, shape, horizon);
   const InnovationSums sums = visit_predictions(
-      setting, shape, density, horizon, 1, [&](std::size_t k, double y) { prediction.y[k] = y; });
+      setting, shape, horizon, 1, [&](std::size_t k, double y) { prediction.y[k] = y; });
   prediction.sensor_sd = std::sqrt(sums.sensor_variance());
   prediction.log_likelihood = sums.log_likelihood();
-  prediction.torque_density = density * prediction.sensor_sd;
+  prediction.torque_density = setting.noise.density * prediction.sensor_sd;
   return prediction;
 }
 
@@ -321,7 +350,7 @@ Prediction predict_ahead(const Model& model, const std::vector<double>& x0,
                          const std::vector<Sample>& samples, const Propagation& propagation,
                          int horizon) {
   const Setting setting{model, x0, samples, propagation};
-  return with_state_shape(model,
+  return with_state_shape(setting,
                           [&](auto shape) { return predict_ahead(setting, shape, horizon); });
 }
 
@@ -330,16 +359,80 @@ std::vector<std::vector<double>> predictions_at(const Model& model, const std::v
                                                 const Propagation& propagation, double density,
                                                 std::span<const int> horizons,
                                                 const PartModels& parts) {
-  const Setting setting{model, x0, samples, propagation};
+  const Setting setting{model, x0, samples, propagation, {density}};
   return with_state_shape(
-      model, [&](auto shape) { return predictions_at(setting, shape, density, horizons, parts); });
+      setting, [&](auto shape) { return predictions_at(setting, shape, horizons, parts); });
 }
 
 Gains filter_gains(const Model& model, const std::vector<double>& x0,
                    const std::vector<Sample>& samples, const Propagation& propagation,
-                   double density) {
-  const Setting setting{model, x0, samples, propagation};
-  return with_state_shape(model, [&](auto shape) { return gains_of(setting, shape, density); });
+                   const FilterNoise& noise) {
+  const Setting setting{model, x0, samples, propagation, noise};
+  return with_state_shape(setting, [&](auto shape) { return gains_of(setting, shape); });
+}
+
+FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
+                            const std::vector<Record>& pieces, const Propagation& propagation,
+                            const std::optional<FilterNoise>& near) {
+  constexpr std::size_t kEnough = 8000;        // samples of a piece
+  constexpr std::array kDensities{-7.0, 0.0};  // ln of N.m.s^1/2 per rad/s
+  constexpr double kDensityStep = 1.5;         // of that logarithm, about a density that is near
+  constexpr double kMostPole = 0.95;
+  constexpr double kPoleStep = 0.15;
+  constexpr int kSteps = 7;  // leave 3 % of an interval
+  std::vector<std::vector<Sample>> parts;
+  for (const Record& piece : pieces)
+    parts.emplace_back(piece.samples.begin(),
+                       piece.samples.begin() +
+                           static_cast<std::ptrdiff_t>(std::min(kEnough, piece.samples.size())));
+  const auto loss = [&](const FilterNoise& noise) {
+    InnovationSums all;
+    for (std::size_t e = 0; e < parts.size(); ++e) {
+      const Setting setting{model, x0[e], parts[e], propagation, noise};
+      all += with_state_shape(setting, [&](auto shape) {
+        const auto nothing = [](std::size_t, const auto&) {};
+        return filter(setting, shape, nothing, nothing);
+      });
+    }
+    const double likelihood = all.log_likelihood();
+    return std::isnan(likelihood) ? kInfinite : -likelihood;
+  };
+  FilterNoise best = near.value_or(FilterNoise{1.0});
+  double best_loss = loss(best);
+  const auto keep = [&](const FilterNoise& noise) {
+    const double found = loss(noise);
+    if (!(found < best_loss)) return;
+    best_loss = found;
+    best = noise;
+  };
+  const auto with_density = [](FilterNoise noise, double x) {
+    noise.density = std::exp(x);
+    return noise;
+  };
+  const auto keep_density = [&](const FilterNoise& noise, double low, double high) {
+    const auto at = [&](double x) { return loss(with_density(noise, x)); };
+    keep(with_density(noise, least(low, high, at, kSteps)));
+  };
+  if (near) {
+    const double x = std::log(near->density);
+    FilterNoise elsewhere = *near;
+    elsewhere.motor_alone = !near->motor_alone;
+    keep_density(elsewhere, x - kDensityStep, x + kDensityStep);
+  } else {
+    for (const bool motor_alone : {true, false})
+      for (const double pole : {0.0, 0.3, 0.6, 0.9})
+        keep_density({1.0, pole, motor_alone}, kDensities[0], kDensities[1]);
+  }
+  const auto at_pole = [&](double pole) {
+    return FilterNoise{best.density, pole, best.motor_alone};
+  };
+  keep(at_pole(least(
+      std::max(0.0, best.pole - kPoleStep), std::min(kMostPole, best.pole + kPoleStep),
+      [&](double pole) { return loss(at_pole(pole)); }, kSteps)));
+  const double x = std::log(best.density);
+  keep_density(best, std::max(kDensities[0], x - kDensityStep),
+               std::min(kDensities[1], x + kDensityStep));
+  return best;
 }
 
 }  // namespace armukf

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "armukf/batch/gains.hpp"
+#include "armukf/batch/initial_states.hpp"
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/record.hpp"
 #include "armukf/model/model.hpp"
@@ -40,6 +43,12 @@ std::vector<std::vector<double>> predictions_at(const Model& model, const std::v
                                                 const Propagation& propagation, double density,
                                                 std::span<const int> horizons,
                                                 const PartModels& parts = {});
+
+/// The noise with which the innovations of the first samples of each piece are likeliest, the
+/// sensor's deviation the same for all; within bounds, and not far from one that is given.
+FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
+                            const std::vector<Record>& pieces, const Propagation& propagation,
+                            const std::optional<FilterNoise>& near = {});
 
 Prediction predict_ahead(const Model& model, const std::vector<double>& x0,
                          const std::vector<Sample>& samples, const Propagation& propagation,

@@ -61,6 +61,13 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
                          const std::vector<Sample>& samples, const Propagation& propagation,
                          Input input, Visit visit, Angles angles, const Gains& gains) {
   const Dynamics<T> dynamics(model, p.data());
+  const auto measured = [&](std::size_t k) {
+    T y = x[kMeasuredState];
+    if constexpr (States > kArmStates)
+      y = dynamics.measured(samples[k].t - samples[0].t, input(k), x.data());
+    return y;
+  };
+  T expected(0.0);  // rad/s, of the sensor's noise
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (k > 0) {
       const Sample& last = samples[k - 1];
@@ -73,11 +80,13 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
         if (angles == Angles::kMeasured) follow_motor(model, before, turn_before(samples, k), x);
     }
     if (!(std::abs(value_of(x[kMeasuredState])) < kRunawaySpeed)) return k;
-    T y = x[kMeasuredState];
-    if constexpr (States > kArmStates)
-      y = dynamics.measured(samples[k].t - samples[0].t, input(k), x.data());
+    T y = measured(k);
+    if (gains.pole != 0.0) y += expected;
     visit(k, x, y);
-    if (!gains.empty() && !std::isnan(samples[k].y)) correct(model, gains, k, samples[k].y - y, x);
+    const bool corrects = !gains.empty() && !std::isnan(samples[k].y);
+    if (corrects) correct(model, gains, k, samples[k].y - y, x);
+    if (gains.pole != 0.0)
+      expected = gains.pole * (corrects ? T(samples[k].y - measured(k)) : expected);
   }
   return samples.size();
 }

@@ -14,6 +14,10 @@ struct AcceptanceSettings {
   double middle_help = 0.03;   // to the error at 200 samples
   double far_help = 0.08;      // or to that at a longer horizon
   double most_harm = 0.03;     // to the error at any shorter horizon
+  /// Between innovations, over which noise can be all that is left. Of models that lacked nothing,
+  /// or too little to be seen one sample ahead, they are correlated by 0.01 to 0.05; of real
+  /// records by a half.
+  double most_correlation = 0.1;
 };
 
 }  // namespace armukf

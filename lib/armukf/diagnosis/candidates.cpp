@@ -184,12 +184,6 @@ std::string shape_at_bound(const Model& model) {
   return "";
 }
 
-/// For all that was looked at: each effect has the same share in a wrong decision, and each of its
-/// trials the same share of that.
-double corrected(double chance, const std::string& effect, const Looks& looks) {
-  return std::min(1.0, chance * looks.at(effect) * static_cast<double>(looks.size()));
-}
-
 /// Against what is to be surpassed.
 void judge(const Explained& now, const TraceRecords& records, const Looks& looks,
            const AcceptanceSettings& acceptance, Refit& refit) {

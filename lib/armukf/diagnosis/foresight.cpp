@@ -142,7 +142,7 @@ void judge(const OutputError& error, const Variables& variables, const Minimum& 
 
 /// For a model that has gained states, which no measurement corrects.
 Gains padded(const Gains& gains, int states) {
-  Gains wide{states, std::vector<double>(gains.innovation_sd.size() * states, 0.0),
+  Gains wide{states, gains.pole, std::vector<double>(gains.innovation_sd.size() * states, 0.0),
              gains.innovation_sd};
   for (std::size_t k = 0; k < gains.innovation_sd.size(); ++k)
     std::copy_n(gains.rows.begin() + static_cast<std::ptrdiff_t>(k * gains.states), gains.states,
@@ -153,7 +153,7 @@ Gains padded(const Gains& gains, int states) {
 /// Sum of the squared innovations of the piece's first samples from those states on.
 double beginning_error(const Model& model, const std::vector<double>& x0,
                        const std::vector<Sample>& first, const Propagation& propagation) {
-  const Gains gains = filter_gains(model, x0, first, propagation, kForesightDensity);
+  const Gains gains = filter_gains(model, x0, first, propagation, {kForesightDensity});
   const std::vector<double> y = simulate(model, x0, first, propagation, Angles::kMeasured, gains);
   double sum = 0.0;
   for (std::size_t k = 0; k < y.size(); ++k)
@@ -175,7 +175,7 @@ std::vector<Gains> foresight_gains(const Model& model, const StatesOfPieces& x0,
                                    const Propagation& propagation, double density) {
   std::vector<Gains> gains;
   for (std::size_t e = 0; e < pieces.size(); ++e) {
-    gains.push_back(filter_gains(model, x0[e], pieces[e].samples, propagation, density));
+    gains.push_back(filter_gains(model, x0[e], pieces[e].samples, propagation, {density}));
     std::fill_n(gains[e].innovation_sd.begin(), first_that_counts(pieces[e]), kInfinite);
   }
   return gains;

@@ -18,6 +18,7 @@
 #include "armukf/core/residual_tests.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/diagnosis/candidates.hpp"
+#include "armukf/diagnosis/noise_check.hpp"
 #include "armukf/diagnosis/portrait.hpp"
 #include "armukf/diagnosis/search.hpp"
 #include "armukf/diagnosis/trace_records.hpp"
@@ -335,6 +336,18 @@ void add(Contest more, Contest& round) {
   std::ranges::move(more.others, std::back_inserter(round.others));
 }
 
+/// The best of what a round has found that noise does not explain as well.
+const Refit* confirmed(std::vector<Refit>& refits, NoiseCheck& noise, const Looks& looks,
+                       const AcceptanceSettings& settings) {
+  for (;;) {
+    const Refit* best = best_found(refits);
+    if (best == nullptr) return nullptr;
+    Refit& judged = refits[best - refits.data()];
+    judged.refusal = noise.refusal(judged, looks, settings);
+    if (judged.refusal.empty()) return best;
+  }
+}
+
 /// All that a round looked at, into the diagnosis.
 void note(const Contest& round, const Refit* chosen, int number,
           std::vector<Candidate>& candidates) {
@@ -422,11 +435,13 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
       return contest(with, on, trials, looks, records, settings.acceptance);
     };
     Contest found = compete(now, bases, names);
-    const Refit* chosen = best_found(found.refits);
+    NoiseCheck noise(now, records);
+    const auto best = [&] { return confirmed(found.refits, noise, looks, settings.acceptance); };
+    const Refit* chosen = best();
     if (chosen == nullptr || chosen->shows_at > kMiddle) {
       Explained slow = fitted_together(now, held, records, kSlowDensity);
       add(compete(slow, {slow.fit}, trials_for(slow.fit.model, suggested)), found);
-      chosen = best_found(found.refits);
+      chosen = best();
       if (chosen == nullptr) {  // none of those that are likely
         const std::vector<Trial> last =
             last_trials_for(slow.fit.model, suggested, records.estimation, records.propagation);
@@ -434,7 +449,7 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
         std::vector<ForesightFit> on{slow.fit};  // what is missing may have led it far astray
         on.insert(on.end(), bases.begin(), bases.end());
         add(compete(slow, on, last), found);
-        chosen = best_found(found.refits);
+        chosen = best();
       }
     }
     note(found, chosen, round, diagnosis.candidates);

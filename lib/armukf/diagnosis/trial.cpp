@@ -144,4 +144,8 @@ Looks looks_of(const std::vector<Trial>& trials) {
   return looks;
 }
 
+double corrected(double chance, const std::string& effect, const Looks& looks) {
+  return std::min(1.0, chance * looks.at(effect) * static_cast<double>(looks.size()));
+}
+
 }  // namespace armukf

@@ -43,6 +43,10 @@ std::vector<Trial> last_trials_for(const Model& model, const Suggested& suggeste
 using Looks = std::map<std::string, double>;
 Looks looks_of(const std::vector<Trial>& trials);
 
+/// The chance of a result for all that was looked at: each effect has the same share in a wrong
+/// decision, and each of its trials the same share of that.
+double corrected(double chance, const std::string& effect, const Looks& looks);
+
 /// Of one effect.
 std::vector<Trial> trials_of(std::string_view effect, const Model& model,
                              const Suggested& suggested);

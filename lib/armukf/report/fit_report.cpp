@@ -178,6 +178,9 @@ nlohmann::ordered_json fit_json(const FitSummary& s) {
     json["prediction"] = {{"rmse", found.noise->rmse},
                           {"torque_noise", found.noise->torque_density},
                           {"sensor_noise", found.noise->sensor_sd},
+                          {"sensor_pole", found.noise->sensor_pole},
+                          {"torque_noise_at", found.noise->motor_alone ? "motor" : "all masses"},
+                          {"correlation", found.noise->correlation},
                           {"log_likelihood", found.noise->log_likelihood}};
   json.update(angle_json(found.free));
   if (Json laws = laws_json(found.model, found.covariance); !laws.empty())
@@ -199,10 +202,11 @@ std::string fit_text(const FitSummary& s) {
                       found.aic, found.bic);
   if (found.noise)
     text += fmt::format(
-        "  predicted one sample ahead: RMSE {:.4g} rad/s; noise of the torque {:.3g} N·m·s^½, of "
-        "the "
-        "sensor {:.3g} rad/s\n",
-        found.noise->rmse, found.noise->torque_density, found.noise->sensor_sd);
+        "  predicted one sample ahead: RMSE {:.4g} rad/s, correlated up to {:.2f}; noise of the "
+        "torque {:.3g} N·m·s^½ at {}, of the sensor {:.3g} rad/s, its pole {:.2f}\n",
+        found.noise->rmse, found.noise->correlation, found.noise->torque_density,
+        found.noise->motor_alone ? "the motor" : "all masses", found.noise->sensor_sd,
+        found.noise->sensor_pole);
   if (found.starts > 1)
     text += fmt::format("  {} of {} starts ended in this minimum\n", found.agreeing, found.starts);
   text += correlation_lines(found);

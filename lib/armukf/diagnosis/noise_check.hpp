@@ -1,0 +1,41 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "armukf/batch/searches.hpp"
+#include "armukf/diagnosis/acceptance_settings.hpp"
+#include "armukf/diagnosis/candidates.hpp"
+#include "armukf/diagnosis/trace_records.hpp"
+
+namespace armukf {
+
+/// Whether noise alone explains what an effect seems to.
+///
+/// A controller brings the sensor's noise into the torque, and what the torque's own noise does to
+/// the speed. A prediction over several samples knows that torque, and whatever bends the model a
+/// little learns from it what the noise will be: on other records of the same loop as well, so that
+/// no record kept apart tells. One sample ahead and with the noise's own colour nothing is to be
+/// had of it. Source: L. Ljung, "System Identification", 2nd ed. 1999, section 13.4, the direct
+/// method.
+class NoiseCheck {
+ public:
+  /// now: the model as it stands; both must outlive this.
+  NoiseCheck(const Explained& now, const TraceRecords& records);
+
+  /// Why the effect does not count: with the likeliest noise the model as it stands leaves next to
+  /// nothing, and the effect makes the records not likelier than chance does. Empty where it
+  /// counts, and where noise cannot be all: there it hides what is missing.
+  std::string refusal(const Refit& refit, const Looks& looks, const AcceptanceSettings& settings);
+
+ private:
+  FoundMinimum likeliest(const Model& model) const;
+
+  const Explained& now_;
+  const TraceRecords& records_;
+  std::vector<Record> pieces_;
+  std::optional<FoundMinimum> base_;
+  double correlation_ = 1.0;  // of what it leaves
+};
+
+}  // namespace armukf

@@ -1,0 +1,74 @@
+#include "armukf/diagnosis/noise_check.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "armukf/batch/experiment.hpp"
+
+namespace armukf {
+namespace {
+
+/// Records in closed loop, whose controller sees the sensor's noise.
+TraceRecords records_of(const Model& truth) {
+  TraceRecords records;
+  records.estimation = {
+      simulate_experiment(
+          truth,
+          {.samples = 8000, .sensor_noise = 0.4, .sensor_pole = 0.8, .torque_disturbance = 0.3})
+          .record};
+  return records;
+}
+
+Explained standing_at(const Model& model) {
+  Explained now;
+  now.fit.model = model;
+  return now;
+}
+
+/// An effect of that size beside the model, as a refit would come to the check.
+Refit refit_of(Model model, const std::string& effect, double size) {
+  model.add_effect(effect);
+  model.parameter(effect).value = size;
+  Refit refit;
+  refit.trial.effect = effect;
+  refit.explained.fit.model = model;
+  return refit;
+}
+
+std::string refusal(const TraceRecords& records, const std::string& effect, double size) {
+  const Explained now = standing_at(published_arm());
+  NoiseCheck check(now, records);
+  return check.refusal(refit_of(published_arm(), effect, size), {{effect, 1.0}}, {});
+}
+
+TEST(NoiseCheck, RefusesWhatFollowsTheNoise) {
+  const TraceRecords records = records_of(published_estimate());
+  EXPECT_NE(refusal(records, "input_delay", 3e-4), "");
+  EXPECT_NE(refusal(records, "gear_damping_quadratic", 1e-3), "");
+}
+
+TEST(NoiseCheck, LeavesWhatIsThere) {
+  Model truth = published_estimate();
+  truth.add_effect("gear_damping_quadratic");
+  truth.parameter("gear_damping_quadratic").value = 0.004;
+  EXPECT_EQ(refusal(records_of(truth), "gear_damping_quadratic", 1e-3), "");
+}
+
+TEST(NoiseCheck, LeavesASlowEffectThatHardlyShowsOneSampleAhead) {
+  Model truth = published_estimate();
+  truth.add_effect("torque_bias");
+  truth.parameter("torque_bias").value = 0.05;
+  EXPECT_EQ(refusal(records_of(truth), "torque_bias", 0.01), "");
+}
+
+TEST(NoiseCheck, SaysNothingWhereNoiseCannotBeAll) {
+  Model truth = published_estimate();
+  truth.add_effect("input_delay");
+  truth.parameter("input_delay").value = 4e-3;
+  EXPECT_EQ(refusal(records_of(truth), "torque_bias", 0.01), "");
+}
+
+}  // namespace
+}  // namespace armukf
