@@ -381,6 +381,7 @@ FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
   constexpr double kPoleStep = 0.15;
   constexpr int kSteps = 7;  // leave 3 % of an interval
   std::vector<std::vector<Sample>> parts;
+  parts.reserve(pieces.size());
   for (const Record& piece : pieces)
     parts.emplace_back(piece.samples.begin(),
                        piece.samples.begin() +
