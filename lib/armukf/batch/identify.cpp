@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -177,8 +176,7 @@ void report_criteria(double measurements, double d, Identification& result) {
 }
 
 /// What the predictions at that search's end say of the noise.
-PredictionNoise noise_of(const FoundMinimum& found, const OutputError& error,
-                         const SearchTask& task) {
+PredictionNoise noise_of(const FoundMinimum& found, const OutputError& error) {
   PredictionNoise noise;
   const OutputError::Evaluation at = error.evaluate(found.minimum.z.data());
   if (!at.valid) return noise;
@@ -187,7 +185,7 @@ PredictionNoise noise_of(const FoundMinimum& found, const OutputError& error,
   noise.torque_density = found.noise->density * noise.sensor_sd;
   noise.sensor_pole = found.noise->pole;
   noise.motor_alone = found.noise->motor_alone;
-  noise.correlation = largest_correlation(found, task);
+  noise.correlation = largest_correlation(at.r);
   noise.log_likelihood =
       -0.5 * n * (std::log(2.0 * std::numbers::pi * std::pow(noise.sensor_sd, 2)) + 1.0) -
       log_innovation_sd(found.gains);
@@ -269,7 +267,7 @@ Identification identify_pieces(const Model& model, const std::vector<Record>& re
   for (std::size_t e = 0; e < records.size(); ++e)
     initial.push_back(
         initial_states(error, settings.initial.free, best.z, static_cast<int>(e), spread));
-  if (found.noise) result.noise = noise_of(found, error, task);
+  if (found.noise) result.noise = noise_of(found, error);
   std::vector<double> block_sd;
   if (settings.jackknife && std::isfinite(best.cost))
     block_sd = jackknife_deviations({result.model, records, error.initial_states_at(best.z.data()),

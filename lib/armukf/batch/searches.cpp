@@ -6,6 +6,7 @@
 
 #include "armukf/batch/prediction.hpp"
 #include "armukf/batch/stopped.hpp"
+#include "armukf/core/statistics.hpp"
 
 namespace armukf {
 namespace {
@@ -99,14 +100,14 @@ double log_innovation_sd(const std::vector<Gains>& gains) {
   return sum;
 }
 
-double largest_correlation(const FoundMinimum& found, const SearchTask& task) {
-  constexpr Eigen::Index kLags = 40;
-  const OutputError error(found.model, task.records, task.initial, task.propagation, found.gains);
-  const Eigen::VectorXd r = error.residuals(found.minimum.z.data());
+double largest_correlation(const Eigen::VectorXd& errors) {
+  constexpr int kLags = 40;
+  const double power = errors.squaredNorm();
+  if (!(power > 0.0 && std::isfinite(power))) return kInfinite;
   double largest = 0.0;
-  for (Eigen::Index lag = 1; lag <= std::min(kLags, r.size() - 1); ++lag)
-    largest = std::max(largest, std::abs(r.head(r.size() - lag).dot(r.tail(r.size() - lag))));
-  return largest / r.squaredNorm();
+  for (const double r : autocorrelation({errors.data(), errors.data() + errors.size()}, kLags))
+    largest = std::max(largest, std::abs(r));
+  return largest;
 }
 
 FoundMinimum searched_for_simulation(const Model& model, const StatesOfPieces& x0,

@@ -39,10 +39,10 @@ struct FoundMinimum {
 /// Sum over all samples of the logarithms of the innovations' deviations.
 double log_innovation_sd(const std::vector<Gains>& gains);
 
-/// Of the errors at that minimum, over their deviations: the largest magnitude of their
-/// correlations over 1 to 40 samples. Small where the noise and the model are all there is: 1 over
-/// the root of their number, times 2 or 3.
-double largest_correlation(const FoundMinimum& found, const SearchTask& task);
+/// The largest magnitude of the errors' correlations over 1 to 40 samples. Small where the noise
+/// and the model are all there is: 1 over the root of their number, times 2 or 3. Infinite where
+/// there are no errors, or no finite ones.
+double largest_correlation(const Eigen::VectorXd& errors);
 
 /// The simulation's, from the model's values on. x0: where the free initial states begin; what is
 /// left out is guessed.

@@ -43,8 +43,9 @@ struct Refit {
   Trial trial;
   Explained explained;
   Evidence evidence;
-  int parameters = 1;   // that it adds to the unknowns
-  std::string refusal;  // empty: it counts as found
+  int parameters = 1;         // that it adds to the unknowns
+  std::string refusal;        // empty: it counts as found
+  bool beyond_noise = false;  // found to be
   Horizon shows_at = kLast;
 
   /// With a price for each parameter beyond the first.

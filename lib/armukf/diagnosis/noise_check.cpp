@@ -36,7 +36,8 @@ std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
   if (!base_) {
     base_ = likeliest(now_.fit.model);
     const InitialChoice initial = prediction_choice(now_.fit.model);
-    correlation_ = largest_correlation(*base_, task_of(initial, pieces_, records_.propagation));
+    const OutputError error(base_->model, pieces_, initial, records_.propagation, base_->gains);
+    correlation_ = largest_correlation(error.residuals(base_->minimum.z.data()));
   }
   if (!(correlation_ <= settings.most_correlation)) return "";
   const std::array starts{refit.explained.fit.model,

@@ -341,10 +341,10 @@ const Refit* confirmed(std::vector<Refit>& refits, NoiseCheck& noise, const Look
                        const AcceptanceSettings& settings) {
   for (;;) {
     const Refit* best = best_found(refits);
-    if (best == nullptr) return nullptr;
+    if (best == nullptr || best->beyond_noise) return best;
     Refit& judged = refits[best - refits.data()];
     judged.refusal = noise.refusal(judged, looks, settings);
-    if (judged.refusal.empty()) return best;
+    judged.beyond_noise = judged.refusal.empty();
   }
 }
 
