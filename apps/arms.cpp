@@ -124,10 +124,16 @@ class Arm {
     rows_.append_to(text_);
   }
 
-  /// Rows since this was asked last; whoever takes them gives the text back for its memory.
-  std::string& rows() { return text_; }
-  /// The same of lines about events.
-  std::string& events() { return events_; }
+  /// What has come of the work so far is to be written, while the work may go on. Nothing of the
+  /// time before must be left of it.
+  void conclude() {
+    rows_done_.swap(text_);
+    events_done_.swap(events_);
+  }
+
+  /// That, for whoever writes it to empty.
+  std::string& rows() { return rows_done_; }
+  std::string& events() { return events_done_; }
 
   Clock::time_point seen;
   std::list<Arm*>::iterator place;  // among those seen lately
@@ -164,8 +170,10 @@ class Arm {
   std::array<std::vector<Sample>, 2> inboxes_;
   std::size_t filled_ = 0;
   CsvRows rows_;
-  std::string text_;  // of those, until it is taken
+  std::string text_;  // of those
   std::string events_;
+  std::string rows_done_;
+  std::string events_done_;
 };
 
 struct NameHash {
@@ -175,7 +183,8 @@ struct NameHash {
   }
 };
 
-/// The stream of all arms at work: while one batch is worked on by all threads, the next is read.
+/// The stream of all arms at work: while one batch is worked on by all threads, the rows of the one
+/// before are written and the next is read.
 class Arms {
  public:
   explicit Arms(const ArmsJob& job)
@@ -241,38 +250,43 @@ class Arms {
   }
 
   /// Has the batch that was read worked on, and writes what came of the one before. at_once:
-  /// nothing is to be read meanwhile.
+  /// nothing is to be read meanwhile, and all is written.
   void hand_over(bool at_once) {
-    join();
+    wait();
     working_.swap(reading_);
-    reading_.clear();
     for (Arm* arm : working_) arm->turn();
+    const auto work = [this](int threads) {
+      for_each_job(threads, static_cast<int>(working_.size()),
+                   [this](int i) { working_[static_cast<std::size_t>(i)]->work(); });
+    };
     if (at_once || read_ < kFew) {
-      for_each_job(read_ < kFew ? 1 : job_.arms.threads, static_cast<int>(working_.size()), work());
       write_rows();
+      work(read_ < kFew ? 1 : job_.arms.threads);
+      conclude();
     } else {
-      worker_ = std::jthread(
-          [this] { for_each_job(job_.arms.threads, static_cast<int>(working_.size()), work()); });
+      worker_ = std::jthread(work, job_.arms.threads);
     }
+    write_rows();
     read_ = 0;
     now_ = Clock::now();
     retire_old();
   }
 
-  std::function<void(int)> work() {
-    return [this](int i) { working_[static_cast<std::size_t>(i)]->work(); };
-  }
-
-  /// Waits for the batch that is worked on, and writes its rows.
-  void join() {
+  /// Waits for the batch that is worked on.
+  void wait() {
     if (!worker_.joinable()) return;
     worker_.join();
-    write_rows();
+    conclude();
+  }
+
+  void conclude() {
+    for (Arm* arm : working_) arm->conclude();
+    done_.swap(working_);
   }
 
   void write_rows() {
-    for (Arm* arm : working_) write(*arm);
-    working_.clear();
+    for (Arm* arm : done_) write(*arm);
+    done_.clear();
     if (output_) output_->flush();
   }
 
@@ -299,13 +313,15 @@ class Arms {
 
   /// Ends an arm of which nothing was heard for long.
   void retire(Arm& arm) {
-    join();
+    wait();
+    write_rows();
     if (arm.has_rows()) {
       arm.turn();
       arm.work();
       std::erase(reading_, &arm);
     }
     arm.end();
+    arm.conclude();
     write(arm);
     save(arm);
     if (!job_.report.quiet) complaints_.say(fmt::format("retired {}", line_of(arm)));
@@ -320,6 +336,7 @@ class Arms {
     if (!is_stopped() || !checkpoints_.wanted()) {
       for (const auto& [name, arm] : arms_) {
         arm->end();
+        arm->conclude();
         write(*arm);
       }
     }
@@ -424,7 +441,8 @@ class Arms {
   std::unordered_map<std::string, std::unique_ptr<Arm>, NameHash, std::equal_to<>> arms_;
   std::list<Arm*> order_;      // the one not seen for longest first
   std::vector<Arm*> reading_;  // that have rows in the batch that is read,
-  std::vector<Arm*> working_;  // and in that before
+  std::vector<Arm*> working_;  // in that which is worked on,
+  std::vector<Arm*> done_;     // and in that whose rows are to be written
   std::size_t read_ = 0;       // rows of the batch
   std::size_t retired_ = 0;
   std::size_t retired_samples_ = 0;

@@ -44,6 +44,20 @@ TEST(Acceptance, RefusesASizeThatMayBeChance) {
   EXPECT_EQ(refusal(evidence, {}), "its size may be chance: p 0.5, given all that was looked at");
 }
 
+TEST(Acceptance, LetsTheLikelihoodDecideWhereNoiseCanBeAll) {
+  Evidence evidence = lower_at(kFar, 0.01);
+  EXPECT_NE(refusal(evidence, {}), "");
+  evidence.likelihood_gain = 12.0;
+  EXPECT_EQ(refusal(evidence, {}), "");
+  for (const Horizon horizon : {kNear, kMiddle, kFar, kLast}) {
+    Evidence harmful = evidence;
+    harmful.witnesses[0].after.all[horizon] = 1.1;
+    EXPECT_NE(refusal(harmful, {}), "") << horizon;
+  }
+  evidence.p_value = 0.5;
+  EXPECT_NE(refusal(evidence, {}), "");
+}
+
 TEST(Acceptance, RefusesWhatHelpsInOneStretchOnly) {
   Evidence evidence = lower_at(kFar, 0.2);
   evidence.witnesses[0].after.blocks[kFar].fill(0.999);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "armukf/batch/experiment.hpp"
@@ -68,6 +69,38 @@ TEST(NoiseCheck, SaysNothingWhereNoiseCannotBeAll) {
   truth.add_effect("input_delay");
   truth.parameter("input_delay").value = 4e-3;
   EXPECT_EQ(refusal(records_of(truth), "torque_bias", 0.01), "");
+}
+
+/// Of two effects, what counts as found though it may be too small for predictions to tell.
+std::vector<std::string> likelier(const Model& truth) {
+  const TraceRecords records = records_of(truth);
+  const Explained now = explained(published_arm(), {}, records, kForesightDensity);
+  std::vector<Trial> trials;
+  for (const std::string effect : {"gear_damping_quadratic", "torque_gain"})
+    for (Trial& trial : trials_of(effect, now.fit.model, {})) trials.push_back(std::move(trial));
+  NoiseCheck check(now, records);
+  std::vector<std::string> found;
+  for (const Refit& refit : check.likelier(trials, looks_of(trials), {}))
+    if (refit.refusal.empty()) found.push_back(refit.trial.effect);
+  return found;
+}
+
+TEST(NoiseCheck, FindsTheLikeliestOfSmallEffects) {
+  Model truth = published_estimate();
+  truth.add_effect("gear_damping_quadratic");
+  truth.parameter("gear_damping_quadratic").value = 0.002;
+  EXPECT_EQ(likelier(truth), std::vector<std::string>{"gear_damping_quadratic"});
+}
+
+TEST(NoiseCheck, FindsNothingInNoise) {
+  EXPECT_EQ(likelier(published_estimate()), std::vector<std::string>{});
+}
+
+TEST(NoiseCheck, FindsNothingWhereNoiseCannotBeAll) {
+  Model truth = published_estimate();
+  truth.add_effect("input_delay");
+  truth.parameter("input_delay").value = 4e-3;
+  EXPECT_EQ(likelier(truth), std::vector<std::string>{});
 }
 
 }  // namespace

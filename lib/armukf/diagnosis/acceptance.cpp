@@ -28,6 +28,18 @@ bool helps_at(Horizon horizon, const Evidence& e, const AcceptanceSettings& s) {
          steadiness(falls) >= s.least_steadiness;
 }
 
+/// Where the likelihood finds an effect, predictions are no worse at any horizon, and in sum
+/// better.
+std::string against_likelihood(const Evidence& e, const AcceptanceSettings& s) {
+  for (const Horizon h : {kMiddle, kFar, kLast})
+    for (const Witness& w : e.witnesses)
+      if (!(w.help(h) >= -s.most_harm))
+        return fmt::format(
+            "makes the records likelier, but predictions over {} samples of {} worse by {:.1f} %",
+            kHorizons[h], w.what, -100.0 * w.help(h));
+  return e.merit(kLast) > 0.0 ? "" : "makes the records likelier, but no predictions better";
+}
+
 /// What the witnesses say of a horizon.
 std::string told_at(Horizon horizon, const Evidence& e) {
   std::string text = fmt::format("over {} samples", kHorizons[horizon]);
@@ -101,6 +113,7 @@ std::string refusal(const Evidence& e, const AcceptanceSettings& s) {
     if (!(w.help(kNear) >= -s.most_harm))
       return fmt::format("makes predictions over {} samples of {} worse by {:.1f} %",
                          kHorizons[kNear], w.what, -100.0 * w.help(kNear));
+  if (e.likelihood_gain) return against_likelihood(e, s);
   std::string told;
   for (const Horizon h : {kMiddle, kFar, kLast}) {
     if (helps_at(h, e, s)) return "";

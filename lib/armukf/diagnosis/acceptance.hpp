@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,9 +30,12 @@ double steadiness(const std::vector<double>& falls);
 
 /// All that is known of a candidate once it is refitted.
 struct Evidence {
-  double statistic = 0.0;  // T^2 of its sizes' distance from none
+  double statistic = 0.0;  // T^2 of its sizes' distance from none, or twice the gain below
   double p_value = 1.0;    // of that, corrected for all that was looked at
-  std::string at_bound;    // a shape's name that the fit has pressed against its least value
+  /// By which it raises the log-likelihood one sample ahead, if noise can be all else: then that is
+  /// the sharpest test there is, and the witnesses need only not speak against the effect.
+  std::optional<double> likelihood_gain;
+  std::string at_bound;  // a shape's name that the fit has pressed against its least value
   std::vector<Witness> witnesses;
 
   /// Of the blocks of all witnesses but those that guard.

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "armukf/diagnosis/base_fit.hpp"
+#include "armukf/diagnosis/foresight.hpp"
 #include "armukf/fit/dense.hpp"
 
 namespace armukf {
@@ -18,12 +20,13 @@ double usual(const Parameter& p, double step) {
 
 }  // namespace
 
-AheadScore::AheadScore(const ForesightFit& base, const std::vector<Record>& pieces,
-                       const Propagation& propagation)
-    : base_(base), pieces_(pieces), propagation_(propagation) {
-  gains_ = foresight_gains(base.model, base.x0, pieces, propagation);
+AheadScore::AheadScore(const Model& base, const StatesOfPieces& x0,
+                       const std::vector<Record>& pieces, const Propagation& propagation,
+                       std::vector<Gains> gains)
+    : base_(base), x0_(x0), pieces_(pieces), propagation_(propagation), gains_(std::move(gains)) {
   const WeightedInnovations own =
-      weighted_innovations(base.model, base.x0, pieces, propagation, gains_, base.model.unknowns());
+      weighted_innovations(base, x0, pieces, propagation, gains_, base.unknowns());
+  counted_ = static_cast<double>((own.error.array() != 0.0).count());
   explained_ = orthonormal_basis(own.columns);
   error_ = own.error - explained_ * (explained_.transpose() * own.error);
 }
@@ -34,10 +37,10 @@ Eigen::MatrixXd AheadScore::columns_of(const Model& model, const StatesOfPieces&
 }
 
 Suggestion AheadScore::operator()(const Trial& trial) const {
-  Suggestion result{0.0, trial.model, {}};
-  const Model none = with_values(trial.model, base_.model);
+  Suggestion result;
+  const Model none = with_values(trial.model, base_);
   result.model = none;
-  result.x0 = extended(base_.x0, none);
+  result.x0 = extended(x0_, none);
   Eigen::MatrixXd columns = columns_of(none, result.x0, trial.sizes);
   const bool cyclic = trial.cyclic_state >= 0;
   if (cyclic) {  // the same a quarter of a period later
@@ -65,6 +68,7 @@ Suggestion AheadScore::operator()(const Trial& trial) const {
     }
   }
   result.share = 1.0 - (error_ - columns * step).squaredNorm() / error_.squaredNorm();
+  result.gain = -0.5 * counted_ * std::log1p(-result.share);
   return result;
 }
 

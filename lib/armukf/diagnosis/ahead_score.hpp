@@ -4,9 +4,11 @@
 #include <vector>
 
 #include "armukf/batch/gains.hpp"
+#include "armukf/batch/simulation.hpp"
 #include "armukf/core/record.hpp"
-#include "armukf/diagnosis/foresight.hpp"
 #include "armukf/diagnosis/trial.hpp"
+#include "armukf/model/model.hpp"
+#include "armukf/ode/propagation.hpp"
 
 namespace armukf {
 
@@ -14,6 +16,7 @@ namespace armukf {
 /// linearised step from no effect suggests.
 struct Suggestion {
   double share = 0.0;  // of the squared innovations that the step would take away
+  double gain = 0.0;   // of log-likelihood by that, were the innovations white
   Model model;         // sizes no smaller than a third and no larger than three times their scale
   StatesOfPieces x0;
 };
@@ -23,9 +26,9 @@ struct Suggestion {
 /// judges, this only tells where a fit of an effect had better begin.
 class AheadScore {
  public:
-  /// All arguments must outlive this.
-  AheadScore(const ForesightFit& base, const std::vector<Record>& pieces,
-             const Propagation& propagation);
+  /// x0, gains: one per piece. All but the gains must outlive this.
+  AheadScore(const Model& base, const StatesOfPieces& x0, const std::vector<Record>& pieces,
+             const Propagation& propagation, std::vector<Gains> gains);
 
   /// trial: of the base's model or of one with the same parameters.
   Suggestion operator()(const Trial& trial) const;
@@ -34,10 +37,12 @@ class AheadScore {
   Eigen::MatrixXd columns_of(const Model& model, const StatesOfPieces& x0,
                              const std::vector<int>& sizes) const;
 
-  const ForesightFit& base_;
+  const Model& base_;
+  const StatesOfPieces& x0_;
   const std::vector<Record>& pieces_;
   const Propagation& propagation_;
   std::vector<Gains> gains_;
+  double counted_ = 0.0;       // innovations that say anything
   Eigen::MatrixXd explained_;  // orthonormal columns: what the base model's parameters explain
   Eigen::VectorXd error_;      // innovations over their deviations, without that
 };

@@ -60,6 +60,19 @@ double simulated_mse(const Model& model, const std::vector<double>& x0,
   return compared(y, {x0, {}}, samples).mse;
 }
 
+SimulationFit placed_fit(const Model& model, const std::vector<Sample>& samples,
+                         const Propagation& propagation) {
+  std::vector<double> x0 = fit_initial_states(model, all_free(model), samples, propagation).x0;
+  const auto cyclic = [](const Coordinate& state) { return is_cyclic(state.beginning); };
+  if (std::ranges::any_of(model.states, cyclic)) {
+    x0 = with_best_phases(model, x0, [&](const std::vector<double>& from) {
+      return simulated_mse(model, from, samples, propagation);
+    });
+    x0 = fit_initial_states(model, all_from(model, x0), samples, propagation).x0;
+  }
+  return simulation_fit(model, {x0, {}}, samples, propagation);
+}
+
 /// 1/rad, how often an effect repeats in a turn of one rad of its angle; 1 where it has no
 /// harmonic.
 double harmonic_of(const Model& model, const EffectSlot& slot) {
@@ -132,28 +145,20 @@ Model with_fitted_spreads(const FittedModel& fit) {
 }
 
 FittedModel placed(const Model& model, const std::vector<Record>& pieces,
-                   const Propagation& propagation) {
-  FittedModel result = placed(std::vector(pieces.size(), model), pieces, propagation);
+                   const Propagation& propagation, int threads) {
+  FittedModel result = placed(std::vector(pieces.size(), model), pieces, propagation, threads);
   result.model = model;
   return result;
 }
 
 FittedModel placed(const std::vector<Model>& models, const std::vector<Record>& pieces,
-                   const Propagation& propagation) {
+                   const Propagation& propagation, int threads) {
+  std::vector<SimulationFit> fits(pieces.size());
+  for_each_job(threads, static_cast<int>(pieces.size()),
+               [&](int e) { fits[e] = placed_fit(models[e], pieces[e].samples, propagation); });
   FittedModel result;
   ErrorSums sums;
-  for (std::size_t e = 0; e < pieces.size(); ++e) {
-    const Model& model = models[e];
-    const std::vector<Sample>& samples = pieces[e].samples;
-    std::vector<double> x0 = fit_initial_states(model, all_free(model), samples, propagation).x0;
-    if (model.has_angle()) {
-      x0 = with_best_phases(model, x0, [&](const std::vector<double>& from) {
-        return simulated_mse(model, from, samples, propagation);
-      });
-      x0 = fit_initial_states(model, all_from(model, x0), samples, propagation).x0;
-    }
-    add_piece(simulation_fit(model, {x0, {}}, samples, propagation), pieces[e], sums, result);
-  }
+  for (std::size_t e = 0; e < pieces.size(); ++e) add_piece(fits[e], pieces[e], sums, result);
   return result;
 }
 

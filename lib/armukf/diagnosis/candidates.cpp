@@ -103,7 +103,9 @@ struct Start {
 std::vector<Start> starts_on(const std::vector<ForesightFit>& bases, std::size_t base,
                              const std::vector<Trial>& trials, std::size_t of_each,
                              const std::vector<Record>& pieces, const TraceRecords& records) {
-  const AheadScore score(bases[base], pieces, records.propagation);
+  const ForesightFit& fit = bases[base];
+  const AheadScore score(fit.model, fit.x0, pieces, records.propagation,
+                         foresight_gains(fit.model, fit.x0, pieces, records.propagation));
   std::vector<Start> starts(trials.size());
   for_each_job(records.threads, static_cast<int>(trials.size()), [&](int i) {
     starts[i] = {&trials[i], base, score(trials[i])};
@@ -116,8 +118,8 @@ std::vector<Start> starts_on(const std::vector<ForesightFit>& bases, std::size_t
   // right way from none of it.
   for (const Trial& trial : trials) {
     if (!is_learnt_law(trial.model.effects.back().effect)) continue;
-    const Model none = with_values(trial.model, bases[base].model);
-    starts.push_back({&trial, base, {0.0, none, extended(bases[base].x0, none)}});
+    const Model none = with_values(trial.model, fit.model);
+    starts.push_back({&trial, base, {0.0, 0.0, none, extended(fit.x0, none)}});
   }
   return starts;
 }
@@ -206,6 +208,17 @@ void judge(const Explained& now, const TraceRecords& records, const Looks& looks
                      static_cast<int>(now.fit.model.unknowns().size());
   refit.refusal = refusal(evidence, acceptance);
   refit.shows_at = shows_at(evidence, acceptance);
+}
+
+/// An effect fitted from there to the end.
+Refit to_the_end(const Trial& trial, const Model& from, const StatesOfPieces& x0, double density,
+                 const TraceRecords& records) {
+  Refit refit;
+  refit.trial = trial;
+  refit.explained = with_errors(
+      fit_foresight(from, x0, records.estimation, records.propagation, density, kLong / 3, true),
+      records);
+  return refit;
 }
 
 /// All refits, most merit first, of each effect the better one.
@@ -305,6 +318,14 @@ const Refit* best_found(const std::vector<Refit>& refits) {
   return best;
 }
 
+Refit refitted(const Trial& trial, const Model& from, const StatesOfPieces& x0,
+               const Explained& now, const Looks& looks, const TraceRecords& records,
+               const AcceptanceSettings& acceptance) {
+  Refit refit = to_the_end(trial, from, x0, now.fit.density, records);
+  judge(now, records, looks, acceptance, refit);
+  return refit;
+}
+
 Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
                 const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
                 const AcceptanceSettings& acceptance) {
@@ -322,12 +343,8 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
   Contest result;
   result.refits.resize(promising.size());
   for_each_job(records.threads, static_cast<int>(promising.size()), [&](int i) {
-    Refit& refit = result.refits[i];
     const Begun& from = *promising[i];
-    refit.trial = *from.trial;
-    refit.explained = with_errors(fit_foresight(from.fit.model, from.fit.x0, records.estimation,
-                                                records.propagation, density, kLong / 3, true),
-                                  records);
+    result.refits[i] = to_the_end(*from.trial, from.fit.model, from.fit.x0, density, records);
   });
   judge_all(now, records, looks, acceptance, result.refits);
   constexpr int kMinima = 3;

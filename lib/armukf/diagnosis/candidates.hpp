@@ -56,6 +56,11 @@ struct Refit {
 /// these the one of most merit. Null if nothing counts.
 const Refit* best_found(const std::vector<Refit>& refits);
 
+/// An effect fitted from there to the end, and judged against the model as it stands.
+Refit refitted(const Trial& trial, const Model& from, const StatesOfPieces& x0,
+               const Explained& now, const Looks& looks, const TraceRecords& records,
+               const AcceptanceSettings& acceptance);
+
 /// What a round has looked at.
 struct Contest {
   std::vector<Refit> refits;        // fitted to the end and judged, most promising first

@@ -4,9 +4,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <tuple>
 
 #include "armukf/core/parallel.hpp"
 #include "armukf/core/statistics.hpp"
+#include "armukf/diagnosis/ahead_score.hpp"
 
 namespace armukf {
 namespace {
@@ -18,6 +23,37 @@ SearchTask task_of(const InitialChoice& initial, const std::vector<Record>& piec
   return {pieces, initial, propagation, {.iterations = kIterations, .cost_tolerance = kTolerance}};
 }
 
+/// A trial with what one linearised step would gain.
+struct Promise {
+  const Trial* trial;
+  Suggestion suggestion;
+  double p_value;
+};
+
+/// Of each effect the most promising trial, if a fit of it may be beyond chance; the most promising
+/// first, and no more than are worth the time.
+std::vector<Promise> promising(const std::vector<Trial>& trials, const AheadScore& score,
+                               const Looks& looks, int threads) {
+  constexpr double kWorthAFit = 0.1;  // p: a fit also finds the shape between the grid's points
+  constexpr std::size_t kMost = 5;
+  std::vector<Promise> promises(trials.size());
+  for_each_job(threads, static_cast<int>(trials.size()), [&](int i) {
+    const Trial& trial = trials[i];
+    const Suggestion suggestion = score(trial);
+    const auto sizes = trial.cyclic_state >= 0 ? 2 : static_cast<int>(trial.sizes.size());
+    const double p = corrected(chi_square_tail(2.0 * std::max(0.0, suggestion.gain), sizes),
+                               trial.effect, looks);
+    promises[i] = {&trial, suggestion, p};
+  });
+  std::erase_if(promises, [](const Promise& p) { return !(p.p_value <= kWorthAFit); });
+  std::ranges::stable_sort(promises, std::greater{},
+                           [](const Promise& p) { return p.suggestion.gain; });
+  std::map<std::string, int> count;
+  std::erase_if(promises, [&](const Promise& p) { return count[p.trial->effect]++ > 0; });
+  promises.resize(std::min(promises.size(), kMost));
+  return promises;
+}
+
 }  // namespace
 
 NoiseCheck::NoiseCheck(const Explained& now, const TraceRecords& records)
@@ -25,26 +61,31 @@ NoiseCheck::NoiseCheck(const Explained& now, const TraceRecords& records)
   pieces_.insert(pieces_.end(), records.validation.begin(), records.validation.end());
 }
 
-FoundMinimum NoiseCheck::likeliest(const Model& model) const {
+bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
+  if (!base_) {
+    const Model& model = now_.fit.model;
+    base_ = likeliest(model, states_before(model, pieces_, records_.propagation));
+    const InitialChoice initial = prediction_choice(model);
+    const OutputError error(base_->model, pieces_, initial, records_.propagation, base_->gains);
+    correlation_ = largest_correlation(error.residuals(base_->minimum.z.data()));
+  }
+  return correlation_ <= settings.most_correlation;
+}
+
+FoundMinimum NoiseCheck::likeliest(const Model& model, const StatesOfPieces& x0) const {
   const InitialChoice initial = prediction_choice(model);
-  return searched_for_predictions_near(model, states_before(model, pieces_, records_.propagation),
-                                       task_of(initial, pieces_, records_.propagation));
+  return searched_for_predictions_near(model, x0, task_of(initial, pieces_, records_.propagation));
 }
 
 std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
                                 const AcceptanceSettings& settings) {
-  if (!base_) {
-    base_ = likeliest(now_.fit.model);
-    const InitialChoice initial = prediction_choice(now_.fit.model);
-    const OutputError error(base_->model, pieces_, initial, records_.propagation, base_->gains);
-    correlation_ = largest_correlation(error.residuals(base_->minimum.z.data()));
-  }
-  if (!(correlation_ <= settings.most_correlation)) return "";
+  if (!noise_can_be_all(settings)) return "";
   const std::array starts{refit.explained.fit.model,
                           with_values(refit.explained.fit.model, base_->model)};
   std::array<double, starts.size()> losses{};
-  for_each_job(records_.threads, static_cast<int>(starts.size()),
-               [&](int i) { losses[i] = likeliest(starts[i]).loss; });
+  for_each_job(records_.threads, static_cast<int>(starts.size()), [&](int i) {
+    losses[i] = likeliest(starts[i], states_before(starts[i], pieces_, records_.propagation)).loss;
+  });
   const double gain = base_->loss - *std::ranges::min_element(losses);
   const double p = corrected(chi_square_tail(2.0 * std::max(0.0, gain), refit.parameters),
                              refit.trial.effect, looks);
@@ -53,6 +94,36 @@ std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
       "noise of torque and sensor explains as much: with it the log-likelihood is {:.1f} higher "
       "one sample ahead, p {:.2g}",
       gain, p);
+}
+
+std::vector<Refit> NoiseCheck::likelier(const std::vector<Trial>& trials, const Looks& looks,
+                                        const AcceptanceSettings& settings) {
+  if (!noise_can_be_all(settings)) return {};
+  const AheadScore score(base_->model, base_->x0, pieces_, records_.propagation, base_->gains);
+  const std::vector<Promise> promises = promising(trials, score, looks, records_.threads);
+  std::vector<Refit> refits(promises.size());
+  for_each_job(records_.threads, static_cast<int>(promises.size()), [&](int i) {
+    const auto& [trial, suggestion, promised] = promises[i];
+    FoundMinimum found = likeliest(suggestion.model, suggestion.x0);
+    const double gain = base_->loss - found.loss;
+    found.x0.resize(records_.estimation.size());
+    Refit& refit = refits[i];
+    refit = refitted(*trial, found.model, found.x0, now_, looks, records_, settings);
+    refit.evidence.likelihood_gain = gain;
+    refit.evidence.statistic = 2.0 * gain;
+    refit.evidence.p_value = corrected(chi_square_tail(2.0 * std::max(0.0, gain), refit.parameters),
+                                       trial->effect, looks);
+    refit.refusal = armukf::refusal(refit.evidence, settings);
+    refit.beyond_noise = true;
+  });
+  // By the likelihood, with a price for each parameter: H. Akaike, "A new look at the statistical
+  // model identification", IEEE Trans. Autom. Control 19, 1974.
+  std::ranges::stable_sort(refits, std::greater{}, [](const Refit& r) {
+    return std::tuple(r.refusal.empty(), *r.evidence.likelihood_gain - r.parameters);
+  });
+  for (std::size_t i = 1; i < refits.size(); ++i)
+    if (refits[i].refusal.empty()) refits[i].refusal = "another makes the records likelier";
+  return refits;
 }
 
 }  // namespace armukf

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "armukf/batch/searches.hpp"
 #include "armukf/diagnosis/acceptance_settings.hpp"
@@ -28,14 +29,23 @@ class NoiseCheck {
   /// counts, and where noise cannot be all: there it hides what is missing.
   std::string refusal(const Refit& refit, const Looks& looks, const AcceptanceSettings& settings);
 
+  /// Effects too small for the scatter of predictions to tell, which make the records likelier than
+  /// chance does; the likeliest alone is not refused. None where noise cannot be all: there the
+  /// likelihood is not what its name says.
+  std::vector<Refit> likelier(const std::vector<Trial>& trials, const Looks& looks,
+                              const AcceptanceSettings& settings);
+
  private:
-  FoundMinimum likeliest(const Model& model) const;
+  /// Whether the base's innovations can be noise alone. Makes that base, once.
+  bool noise_can_be_all(const AcceptanceSettings& settings);
+
+  FoundMinimum likeliest(const Model& model, const StatesOfPieces& x0) const;
 
   const Explained& now_;
   const TraceRecords& records_;
   std::vector<Record> pieces_;
   std::optional<FoundMinimum> base_;
-  double correlation_ = 1.0;  // of what it leaves
+  double correlation_ = 1.0;  // of what the base leaves
 };
 
 }  // namespace armukf

@@ -26,13 +26,14 @@
 namespace armukf {
 namespace {
 
-constexpr int kLong = 60;              // iterations to the end of a plain fit
-constexpr int kShort = 10;             // where only a block has gone
-constexpr double kNoHelp = 0.01;       // an effect worth less of every error goes again
-constexpr double kNearlyAsGood = 0.8;  // of the merit: the record cannot tell the two apart
-constexpr double kHopelessFit = 20.0;  // percent, of a simulation
-constexpr double kForetoldFit = 50.0;  // percent, of predictions over 200 samples
-constexpr double kMoreLeft = 1.5;      // times, of the validation's error over the estimation's
+constexpr int kLong = 60;                // iterations to the end of a plain fit
+constexpr int kShort = 10;               // where only a block has gone
+constexpr double kNoHelp = 0.01;         // an effect worth less of every error goes again
+constexpr double kNearlyAsGood = 0.8;    // of the merit: the record cannot tell the two apart
+constexpr double kNearlyAsLikely = 3.0;  // nats: the likelihoods differ by less than 20 to 1
+constexpr double kHopelessFit = 20.0;    // percent, of a simulation
+constexpr double kForetoldFit = 50.0;    // percent, of predictions over 200 samples
+constexpr double kMoreLeft = 1.5;        // times, of the validation's error over the estimation's
 
 /// A model as a plain simulation: fitted to the estimation pieces, and on what judges it.
 struct Simulated {
@@ -40,15 +41,20 @@ struct Simulated {
   FittedModel validation;
 };
 
+bool explains_nearly_as_much(const Refit& refit, const Refit& chosen) {
+  const auto gain = [](const Refit& r) { return r.evidence.likelihood_gain; };
+  if (gain(chosen)) return gain(refit) && *gain(refit) > *gain(chosen) - kNearlyAsLikely;
+  return refit.evidence.merit(chosen.shows_at) >=
+         kNearlyAsGood * chosen.evidence.merit(chosen.shows_at);
+}
+
 /// Families, other than the chosen one's, that explain nearly as much.
 std::vector<std::string> rivals(const Refit& chosen, const std::vector<Refit>& refits) {
   std::vector<std::string> names;
   for (const Refit& refit : refits) {
     const std::string name = family_of(refit.trial.effect);
     if (name == family_of(chosen.trial.effect)) continue;
-    if (refit.evidence.merit(chosen.shows_at) <
-        kNearlyAsGood * chosen.evidence.merit(chosen.shows_at))
-      continue;
+    if (!explains_nearly_as_much(refit, chosen)) continue;
     if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
   return names;
@@ -116,17 +122,22 @@ void remove_idle(const Model& base, const std::vector<ForesightFit>& bases, Diag
 /// Each block simulated by the model as it is fitted to the others.
 FittedModel without_each_block(const FittedModel& fit, const TraceRecords& records) {
   const Blocks blocks = blocks_of(records.estimation);
+  const StatesOfPieces placed_x0 =
+      placed(fit.model, blocks.pieces, records.propagation, records.threads).x0;
   std::vector<Model> models(kForesightBlocks, fit.model);
   for_each_job(records.threads, kForesightBlocks, [&](int block) {
     std::vector<Record> others;
-    for (std::size_t i = 0; i < blocks.pieces.size(); ++i)
-      if (blocks.block[i] != block) others.push_back(blocks.pieces[i]);
-    const StatesOfPieces x0 = placed(fit.model, others, records.propagation).x0;
+    StatesOfPieces x0;
+    for (std::size_t i = 0; i < blocks.pieces.size(); ++i) {
+      if (blocks.block[i] == block) continue;
+      others.push_back(blocks.pieces[i]);
+      x0.push_back(placed_x0[i]);
+    }
     models[block] = fitted(fit.model, x0, others, records.propagation, kShort).model;
   });
   std::vector<Model> of_pieces;
   for (const int block : blocks.block) of_pieces.push_back(models[block]);
-  FittedModel all = placed(of_pieces, blocks.pieces, records.propagation);
+  FittedModel all = placed(of_pieces, blocks.pieces, records.propagation, records.threads);
   all.model = fit.model;
   all.parameters = fit.parameters;
   return all;
@@ -134,8 +145,9 @@ FittedModel without_each_block(const FittedModel& fit, const TraceRecords& recor
 
 /// What judges, and how the fitted model does there.
 FittedModel judged(const FittedModel& fit, const TraceRecords& records) {
-  return records.validation_judges() ? placed(fit.model, records.validation, records.propagation)
-                                     : without_each_block(fit, records);
+  return records.validation_judges()
+             ? placed(fit.model, records.validation, records.propagation, records.threads)
+             : without_each_block(fit, records);
 }
 
 /// Parameters that the slow filter's fit has told, with their deviations. They are kept as they are
@@ -164,7 +176,7 @@ Explained fitted_together(const Explained& now, const Held& held, const TraceRec
 }
 
 FittedModel plain(const Explained& now, const TraceRecords& records) {
-  return placed(now.fit.model, records.estimation, records.propagation);
+  return placed(now.fit.model, records.estimation, records.propagation, records.threads);
 }
 
 /// A further start of the plain fit: what foretells best may lie in a better minimum of the
@@ -450,6 +462,12 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
         on.insert(on.end(), bases.begin(), bases.end());
         add(compete(slow, on, last), found);
         chosen = best();
+        if (chosen == nullptr) {
+          std::vector<Trial> all = names;
+          std::ranges::copy(last, std::back_inserter(all));
+          add({noise.likelier(all, looks, settings.acceptance), {}}, found);
+          chosen = best();
+        }
       }
     }
     note(found, chosen, round, diagnosis.candidates);
