@@ -11,7 +11,19 @@ build() {
   shift
   say "build $preset${*:+: $*}"
   cmake --preset "$preset" -Wno-dev --log-level=WARNING > /dev/null
+  forget_old_headers "build/$preset"
   cmake --build --preset "$preset" ${*:+--target "$@"}
+}
+
+# Has headers of packages precompiled anew where packages have changed: theirs are older than what was
+# made of the ones before, so that to ninja nothing has changed, and clang refuses them.
+forget_old_headers() {
+  local headers
+  headers=$({ dpkg-query -W '*-dev' 2> /dev/null || true; } | sha256sum)
+  if [[ ! -f $1/headers || $(< "$1/headers") != "$headers" ]]; then
+    find "$1" -name 'cmake_pch.hxx.[pg]ch' -delete
+    printf '%s\n' "$headers" > "$1/headers"
+  fi
 }
 
 # packages SECTION...: the names in those sections of scripts/packages.

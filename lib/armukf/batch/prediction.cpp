@@ -374,9 +374,9 @@ Gains filter_gains(const Model& model, const std::vector<double>& x0,
 FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
                             const std::vector<Record>& pieces, const Propagation& propagation,
                             const std::optional<FilterNoise>& near) {
-  constexpr std::size_t kEnough = 8000;        // samples of a piece
-  constexpr std::array kDensities{-7.0, 0.0};  // ln of N.m.s^1/2 per rad/s
-  constexpr double kDensityStep = 1.5;         // of that logarithm, about a density that is near
+  constexpr std::size_t kEnough = 8000;            // samples of a piece
+  constexpr std::array kDensityBounds{-7.0, 0.0};  // ln of N.m.s^1/2 per rad/s
+  constexpr double kDensityStep = 1.5;  // of that logarithm, about a density that is near
   constexpr double kMostPole = 0.95;
   constexpr double kPoleStep = 0.15;
   constexpr int kSteps = 7;  // leave 3 % of an interval
@@ -422,7 +422,7 @@ FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
   } else {
     for (const bool motor_alone : {true, false})
       for (const double pole : {0.0, 0.3, 0.6, 0.9})
-        keep_density({1.0, pole, motor_alone}, kDensities[0], kDensities[1]);
+        keep_density({1.0, pole, motor_alone}, kDensityBounds[0], kDensityBounds[1]);
   }
   const auto at_pole = [&](double pole) {
     return FilterNoise{best.density, pole, best.motor_alone};
@@ -431,8 +431,8 @@ FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
       std::max(0.0, best.pole - kPoleStep), std::min(kMostPole, best.pole + kPoleStep),
       [&](double pole) { return loss(at_pole(pole)); }, kSteps)));
   const double x = std::log(best.density);
-  keep_density(best, std::max(kDensities[0], x - kDensityStep),
-               std::min(kDensities[1], x + kDensityStep));
+  keep_density(best, std::max(kDensityBounds[0], x - kDensityStep),
+               std::min(kDensityBounds[1], x + kDensityStep));
   return best;
 }
 
