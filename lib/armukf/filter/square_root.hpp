@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "armukf/filter/covariance_filter.hpp"
 #include "armukf/filter/sigma_points.hpp"
@@ -18,7 +19,7 @@ void triangularise(int n, std::array<Lanes<Width>, N>& rows, std::array<Lanes<Ou
   std::array<double, N> norm2;
   for (int j = 0; j < n; ++j) {
     norm2[j] = dot(rows[j], rows[j]);
-    const double inverse = norm2[j] > 0.0 ? 1.0 / norm2[j] : 0.0;
+    const double inverse = norm2[j] >= std::numeric_limits<double>::min() ? 1.0 / norm2[j] : 0.0;
     for (int i = 0; i < j; ++i) root[i][j] = 0.0;
     root[j][j] = 1.0;
     for (int i = j + 1; i < n; ++i) {
@@ -66,6 +67,9 @@ class SquareRootFilter {
     std::array<Wider, Shape::kSize> rows = widened();
     rows[i] = Wider{};
     rows[i][n] = sd;
+    // One that is no number would spoil all others; whoever begins anew comes to it as well.
+    for (Wider& row : rows)
+      if (!std::isfinite(dot(row, row))) row = Wider{};
     triangularise(n, rows, root_);
   }
 
