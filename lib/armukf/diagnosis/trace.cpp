@@ -464,7 +464,10 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
         chosen = best();
         if (chosen == nullptr) {
           std::vector<Trial> all = names;
-          std::ranges::copy(last, std::back_inserter(all));
+          // A learnt law needs more than likelihood: it may err beyond what it was learnt over.
+          std::ranges::copy_if(last, std::back_inserter(all), [](const Trial& trial) {
+            return !is_learnt_law(trial.model.effects.back().effect);
+          });
           add({noise.likelier(all, looks, settings.acceptance), {}}, found);
           chosen = best();
         }
