@@ -5,6 +5,7 @@
 #include <deque>
 #include <numbers>
 #include <optional>
+#include <type_traits>
 #include <utility>
 
 #include "armukf/batch/gains.hpp"
@@ -110,6 +111,29 @@ class Step {
   Dynamics<T> dynamics_;
 };
 
+/// The same for the numbers by which the filter differentiates.
+template <class Shape>
+class LinearisedStep {
+ public:
+  explicit LinearisedStep(const Setting& setting) : many_(setting), few_(setting) {}
+
+  template <class Number>
+  const Step<Number>& of() const {
+    if constexpr (std::is_same_v<Number, Many>) {
+      return many_;
+    } else {
+      return few_;
+    }
+  }
+
+ private:
+  using Many = typename Linearised<Shape>::Many;
+  using Few = typename Linearised<Shape>::Few;
+
+  Step<Many> many_;
+  Step<Few> few_;
+};
+
 /// Torque noise as variance added to each state per second.
 template <class Shape>
 StepNoise<Shape> noise_per_second(const Setting& setting) {
@@ -147,16 +171,17 @@ struct Update {
 /// The belief at sample k given the speed y.
 template <class Shape>
 Update<Shape> updated(const Setting& setting, Gaussian<Shape>& belief,
-                      const Linearised<Shape>& rule,
-                      const Step<typename Linearised<Shape>::Number>& step, std::size_t k) {
+                      const Linearised<Shape>& rule, const LinearisedStep<Shape>& step,
+                      std::size_t k) {
   constexpr double kRest = 1e-9;  // of the noise's variance: all of it is in its row
-  const Measurement<Shape> speed = rule.measurement(belief.shape, belief.mean, [&](const auto* x) {
-    std::array<typename Linearised<Shape>::Number, Shape::kStates> states;
+  const auto shown = [&]<class Number>(const Number* x) {
+    std::array<Number, Shape::kStates> states;
     std::copy_n(x, Shape::kStates, states.begin());
-    auto y = step.measured(states, k);
+    Number y = step.template of<Number>().measured(states, k);
     if (setting.coloured()) y += x[setting.noise_row()];
     return y;
-  });
+  };
+  const Measurement<Shape> speed = rule.measurement(belief.shape, belief.mean, shown);
   const Update<Shape> update{
       innovation(belief, speed, setting.samples[k].y, setting.coloured() ? kRest : 1.0),
       speed.covariance(belief)};
@@ -169,8 +194,7 @@ Update<Shape> updated(const Setting& setting, Gaussian<Shape>& belief,
 /// after each measurement see(k, update).
 template <class Shape, class Visit, class See>
 InnovationSums filter(const Setting& setting, Shape shape, Visit visit, See see) {
-  using Number = typename Linearised<Shape>::Number;
-  const Step<Number> step(setting);
+  const LinearisedStep<Shape> step(setting);
   const Linearised<Shape> rule;
   const StepNoise<Shape> noise = noise_per_second<Shape>(setting);
   const double pole = setting.noise.pole;
@@ -181,10 +205,10 @@ InnovationSums filter(const Setting& setting, Shape shape, Visit visit, See see)
   const double faded = begin + std::min(kFadedS, kMostFaded * (samples.back().t - begin));
   for (std::size_t k = 0; k < setting.samples.size(); ++k) {
     if (k > 0) {
-      const auto f = [&](const Number* x, const Number* /*unknowns*/) {
+      const auto f = [&]<class Number>(const Number* x, const Number* /*unknowns*/) {
         std::array<Number, Shape::kStates> moved{};
         std::copy_n(x, shape.states(), moved.begin());
-        step(moved, k);
+        step.template of<Number>()(moved, k);
         if (setting.coloured()) moved[setting.noise_row()] = pole * x[setting.noise_row()];
         return moved;
       };

@@ -139,6 +139,13 @@ void clear_below(Lanes<N>& a, int first) {
     a.packs[k] = lane + k * kPackWidth < first ? Pack{} : a.packs[k];
 }
 
+/// 1 in that lane of a register, 0 in the others.
+inline Pack unit(int lane) {
+  PackBits lanes{};
+  for (int i = 0; i < kPackWidth; ++i) lanes[i] = i;
+  return lanes == lane ? broadcast(1.0) : Pack{};
+}
+
 /// Square root of each element.
 inline Pack square_root(Pack v) {
   for (int i = 0; i < kPackWidth; ++i) v[i] = std::sqrt(v[i]);

@@ -10,6 +10,14 @@
 
 namespace armukf {
 
+/// What the last directions of a belief take, which are no whole number of kDirectionsAtOnce: known
+/// while compiling if the size is, half of that many otherwise.
+template <class Shape>
+inline constexpr int kFewDirections = padded(kDirectionsAtOnce / 2, kPackWidth);
+template <int States, int Unknowns>
+inline constexpr int kFewDirections<FixedShape<States, Unknowns>> =
+    padded((States + Unknowns - 1) % kDirectionsAtOnce + 1, kPackWidth);
+
 /// First-order image of a belief under f, with the exact Jacobian F of f from dual numbers:
 /// m' = f(m), [cov(x', x') cov(x', theta)] = F P [F' ; I]. Source: the extended Kalman filter.
 template <class Shape>
@@ -19,12 +27,13 @@ class Linearised {
 
   using Row = BeliefRow<Shape>;
 
-  static constexpr int kDirections = kDirectionsAtOnce;
-  using Number = Dual<kDirections>;
+  // All directions of a point, many at once; the last of them may be so few that less does.
+  using Many = Dual<kDirectionsAtOnce>;
+  using Few = Dual<kFewDirections<Shape>>;
 
   explicit Linearised(const UnscentedSpread& /*spread*/ = {}, Shape /*shape*/ = {}) {}
 
-  /// f takes the rows of states and of unknowns, each a Number, and returns the moved states.
+  /// f takes the rows of states and of unknowns, each Many or Few, and returns the moved states.
   template <class F>
   Image<Shape> operator()(const Gaussian<Shape>& belief, const F& f) const {
     return image(belief, moved(belief.shape, belief.mean, f));
@@ -39,12 +48,12 @@ class Linearised {
     return image(belief, there);
   }
 
-  /// h takes the rows of the belief, each a Number, and returns what is measured.
+  /// h takes the rows of the belief, each Many or Few, and returns what is measured.
   template <class H>
   Measurement<Shape> measurement(const Shape& shape, const Row& mean, const H& h) const {
     Measurement<Shape> measured{};
-    for_each_part(shape, mean, [&](const Number* x, int first) {
-      const Number y = h(x);
+    for_each_part(shape, mean, [&](const auto* x, int first) {
+      const auto y = h(x);
       measured.value = y.value;
       place(y, first, measured.gradient);
     });
@@ -59,54 +68,73 @@ class Linearised {
   };
 
   /// Calls visit(x, first) with the point's rows as numbers that know the directions from `first`
-  /// on.
+  /// on, for all directions. Returns how many the numbers had room for.
   template <class Visit>
-  static void for_each_part(const Shape& shape, const Row& point, const Visit& visit) {
-    std::array<Number, Shape::kSize> x;
-    for (int i = 0; i < shape.size(); ++i) x[i] = Number(point[i]);
-    for (int first = 0; first < shape.size(); first += kDirections) {
-      const int count = std::min(kDirections, shape.size() - first);
-      for (int j = 0; j < count; ++j) x[first + j].gradient[j] = 1.0;
-      visit(x.data(), first);
-      for (int j = 0; j < count; ++j) x[first + j].gradient[j] = 0.0;
-    }
+  static int for_each_part(const Shape& shape, const Row& point, const Visit& visit) {
+    constexpr int kFew = kFewDirections<Shape>;
+    int first = 0;
+    for (; shape.size() - first > kFew; first += kDirectionsAtOnce)
+      visit_part<kDirectionsAtOnce>(shape, point, first, visit);
+    if (shape.size() <= first) return first;
+    visit_part<kFew>(shape, point, first, visit);
+    return first + kFew;
   }
 
-  static void place(const Number& y, int first, Row& gradient) {
+  template <int N, class Visit>
+  static void visit_part(const Shape& shape, const Row& point, int first, const Visit& visit) {
+    std::array<Dual<N>, Shape::kSize> x;
+    for (int i = 0; i < shape.size(); ++i) x[i] = Dual<N>(point[i]);
+    const int count = std::min(N, shape.size() - first);
+    for (int j = 0; j < count; ++j) x[first + j].gradient.packs[j / kPackWidth] = unit(j % kPackWidth);
+    visit(x.data(), first);
+  }
+
+  template <int N>
+  static void place(const Dual<N>& y, int first, Row& gradient) {
     const int begin = first / kPackWidth;
-    const int count = std::min(Lanes<kDirections>::kPacks, Row::kPacks - begin);
+    const int count = std::min(Lanes<N>::kPacks, Row::kPacks - begin);
     for (int k = 0; k < count; ++k) gradient.packs[begin + k] = y.gradient.packs[k];
   }
 
   template <class F>
   Moved moved(const Shape& shape, const Row& point, const F& f) const {
     Moved all;
-    for_each_part(shape, point, [&](const Number* x, int first) {
-      const std::array<Number, Shape::kStates> there = f(x, x + shape.states());
+    const int known = for_each_part(shape, point, [&](const auto* x, int first) {
+      const auto there = f(x, x + shape.states());
       for (int i = 0; i < shape.states(); ++i) {
         all.value[i] = there[i].value;
         place(there[i], first, all.gradient[i]);
       }
     });
     // A bounded shape has room beyond its size, and sums go over all of it.
-    const int parts = (shape.size() + kDirections - 1) / kDirections;
     for (int i = 0; i < shape.states(); ++i)
-      for (int k = parts * Lanes<kDirections>::kPacks; k < Row::kPacks; ++k)
-        all.gradient[i].packs[k] = Pack{};
+      for (int k = known / kPackWidth; k < Row::kPacks; ++k) all.gradient[i].packs[k] = Pack{};
     return all;
+  }
+
+  /// Some rows of F P; each row of P is read once for all of them.
+  template <int Count>
+  static void multiply(const Moved& moved, const Gaussian<Shape>& belief, int first,
+                       Image<Shape>& image) {
+    std::array<Row, Count> product{};
+    for (int j = 0; j < belief.shape.size(); ++j)
+      for (int i = 0; i < Count; ++i)
+        product[i] += moved.gradient[first + i][j] * belief.covariance[j];
+    std::copy_n(product.begin(), Count, image.with_old.begin() + first);
   }
 
   Image<Shape> image(const Gaussian<Shape>& belief, const Moved& moved) const {
     const int n = belief.shape.size();
     const int s = belief.shape.states();
     Image<Shape> image;
+    int row = 0;
+    for (; row + 1 < s; row += 2) multiply<2>(moved, belief, row, image);
+    if (row < s) multiply<1>(moved, belief, row, image);
     for (int i = 0; i < s; ++i) {
       image.mean[i] = moved.value[i];
-      Row product{};
-      for (int j = 0; j < n; ++j) product += moved.gradient[i][j] * belief.covariance[j];
-      image.with_old[i] = product;
-      image.covariance[i] = product;
-      for (int k = 0; k <= i; ++k) image.covariance[i][k] = dot(product, moved.gradient[k]);
+      image.covariance[i] = image.with_old[i];
+      for (int k = 0; k <= i; ++k)
+        image.covariance[i][k] = dot(image.with_old[i], moved.gradient[k]);
     }
     for (int i = 0; i < s; ++i)
       for (int k = i + 1; k < s; ++k) image.covariance[i][k] = image.covariance[k][i];
