@@ -65,6 +65,10 @@ TEST(SplitAtGaps, LeavesAnUnevenRecordWhole) {
   EXPECT_EQ(split_at_gaps({at_times({0.0, 0.001, 0.03, 0.031, 0.08})}).size(), 1U);
 }
 
+TEST(SplitAtGaps, TakesNoJumpForTheUsualInterval) {
+  EXPECT_EQ(split_at_gaps({at_times({0.0, 500.0, 503.0, 504.0, 505.5})}).size(), 4U);
+}
+
 TEST(SplitAtGaps, DoesNotTakeASlowRecordForGaps) {
   EXPECT_EQ(split_at_gaps({at_times({0.0, 0.1, 0.2, 0.4, 0.5})}).size(), 1U);
 }

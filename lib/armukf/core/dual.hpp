@@ -20,8 +20,8 @@ struct Dual {
   Dual(double v) : value(v), gradient{} {}  // NOLINT(google-explicit-constructor)
   Dual(double v, const Lanes<N, Width>& g) : value(v), gradient(g) {}
 
-  // Part by part: copied as a whole, the value and what pads it would be read as one register, which
-  // waits until the value alone, just written, has reached the cache.
+  // Part by part: copied as a whole, the value and what pads it would be read as one register,
+  // which waits until the value alone, just written, has reached the cache.
   // NOLINTBEGIN(modernize-use-equals-default)
   [[gnu::always_inline]] inline Dual(const Dual& b) : value(b.value), gradient(b.gradient) {}
   [[gnu::always_inline]] inline Dual& operator=(const Dual& b) {

@@ -12,18 +12,18 @@ namespace armukf {
 inline constexpr double kLongestGapS = 0.05;
 
 /// Tells the intervals of a record that are gaps, as they come: those beyond the longest that is
-/// allowed (s) and beyond five usual intervals, so that a record that is slow throughout has none.
-/// The torque across a gap is not known; nobody integrates over one.
+/// allowed (s) and beyond five usual intervals, so that a record that is slow throughout has none;
+/// and those beyond a second, whatever the others are. The torque across a gap is not known; nobody
+/// integrates over one.
 class GapWatch {
  public:
   explicit GapWatch(double longest_s = kLongestGapS) : longest_s_(longest_s) {}
 
   /// Whether the next interval, dt (s), is a gap.
   bool operator()(double dt) {
-    const bool first = usual_s_ == kNone;
-    const bool gap = dt > (first ? kLongestFirstS : std::max(longest_s_, kIntervals * usual_s_));
-    usual_s_ = first ? dt : std::min(dt, kRecovery * usual_s_);
-    return gap;
+    const double slow_s = std::min(kIntervals * usual_s_, kLongestSlowS);
+    usual_s_ = std::min(dt, kRecovery * usual_s_);
+    return dt > std::max(longest_s_, slow_s);
   }
 
   template <class Archive>
@@ -32,13 +32,12 @@ class GapWatch {
   }
 
  private:
-  static constexpr double kNone = kInfinite;
   static constexpr double kIntervals = 5.0;
-  static constexpr double kLongestFirstS = 1.0;  // before any interval is known to be usual
-  static constexpr double kRecovery = 1.1;       // per sample, from an interval shorter than usual
+  static constexpr double kLongestSlowS = 1.0;  // also before any interval is known to be usual
+  static constexpr double kRecovery = 1.1;      // per sample, from an interval shorter than usual
 
   double longest_s_;
-  double usual_s_ = kNone;  // of the shortest intervals lately
+  double usual_s_ = kInfinite;  // of the shortest intervals lately
 };
 
 /// Pieces of the records between their gaps: each begins with initial states of its own. They keep

@@ -85,7 +85,8 @@ class Linearised {
     std::array<Dual<N>, Shape::kSize> x;
     for (int i = 0; i < shape.size(); ++i) x[i] = Dual<N>(point[i]);
     const int count = std::min(N, shape.size() - first);
-    for (int j = 0; j < count; ++j) x[first + j].gradient.packs[j / kPackWidth] = unit(j % kPackWidth);
+    for (int j = 0; j < count; ++j)
+      x[first + j].gradient.packs[j / kPackWidth] = unit(j % kPackWidth);
     visit(x.data(), first);
   }
 
@@ -124,7 +125,6 @@ class Linearised {
   }
 
   Image<Shape> image(const Gaussian<Shape>& belief, const Moved& moved) const {
-    const int n = belief.shape.size();
     const int s = belief.shape.states();
     Image<Shape> image;
     int row = 0;
