@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <utility>
 
@@ -230,6 +231,31 @@ void judge_all(const Explained& now, const TraceRecords& records, const Looks& l
   std::erase_if(refits, [&](const Refit& r) { return count[r.trial.effect]++ > 0; });
 }
 
+/// Fits of what explains much as well may have ended in another minimum than the best one's: once
+/// more from where that has led the arm.
+void follow_best(const Explained& now, const TraceRecords& records, const Looks& looks,
+                 const AcceptanceSettings& acceptance, std::vector<Refit>& refits) {
+  constexpr std::size_t kTried = 4;
+  constexpr double kAsMuch = 0.4;  // of the merit
+  const Refit* best = best_found(refits);
+  if (best == nullptr) return;
+  const Model arm = with_values(now.fit.model, best->explained.fit.model);
+  std::vector<const Refit*> others;
+  for (const Refit& refit : refits)
+    if (&refit != best &&
+        refit.evidence.merit(best->shows_at) > kAsMuch * best->evidence.merit(best->shows_at))
+      others.push_back(&refit);
+  others.resize(std::min(others.size(), kTried));
+  std::vector<Refit> again(others.size());
+  for_each_job(records.threads, static_cast<int>(others.size()), [&](int i) {
+    const ForesightFit& fit = others[i]->explained.fit;
+    again[i] =
+        to_the_end(others[i]->trial, with_values(fit.model, arm), fit.x0, fit.density, records);
+  });
+  std::ranges::move(again, std::back_inserter(refits));
+  judge_all(now, records, looks, acceptance, refits);
+}
+
 /// The model without an effect, from where the fit with it has led.
 Explained without_effect(const Explained& now, const Refit& refit, const TraceRecords& records) {
   return explained(with_values(now.fit.model, refit.explained.fit.model), now.fit.x0, records,
@@ -350,6 +376,7 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
   constexpr int kMinima = 3;
   for (int i = 0; i < kMinima && improve(now, result.refits, records); ++i)
     judge_all(now, records, looks, acceptance, result.refits);
+  follow_best(now, records, looks, acceptance, result.refits);
   for (const auto& [effect, count] : looks_of(trials))
     if (!judged[effect]) result.others.push_back(effect);
   return result;

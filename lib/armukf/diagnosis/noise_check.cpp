@@ -54,6 +54,19 @@ std::vector<Promise> promising(const std::vector<Trial>& trials, const AheadScor
   return promises;
 }
 
+/// The rest of a model with an effect as it was fitted beside the one that is taken out.
+Model with_rival(Model rest, const Refit& rival) {
+  const std::vector<int> shared = rest.unknowns();
+  rest.add_effect(rival.trial.effect);
+  for (const int i : rest.unknowns()) {
+    if (std::ranges::find(shared, i) != shared.end()) continue;
+    Parameter& p = rest.parameters[i];
+    p = rival.explained.fit.model.parameter(p.name);
+    p.known = false;
+  }
+  return rest;
+}
+
 }  // namespace
 
 NoiseCheck::NoiseCheck(const Explained& now, const TraceRecords& records)
@@ -124,6 +137,23 @@ std::vector<Refit> NoiseCheck::likelier(const std::vector<Trial>& trials, const 
   for (std::size_t i = 1; i < refits.size(); ++i)
     if (refits[i].refusal.empty()) refits[i].refusal = "another makes the records likelier";
   return refits;
+}
+
+std::vector<Stead> NoiseCheck::instead(const Model& rest, const std::vector<Refit>& rivals,
+                                       const AcceptanceSettings& settings) {
+  if (!noise_can_be_all(settings)) return {};
+  const auto unknowns = static_cast<double>(now_.fit.model.unknowns().size());
+  std::vector<Stead> steads(rivals.size());
+  for_each_job(records_.threads, static_cast<int>(rivals.size()), [&](int i) {
+    const Model start = with_rival(rest, rivals[i]);
+    FoundMinimum found = likeliest(start, states_before(start, pieces_, records_.propagation));
+    const double more = static_cast<double>(found.model.unknowns().size()) - unknowns;
+    found.x0.resize(records_.estimation.size());
+    steads[i] = {&rivals[i], std::move(found.model), std::move(found.x0),
+                 base_->loss - found.loss - more};
+  });
+  std::ranges::stable_sort(steads, std::greater{}, &Stead::gain);
+  return steads;
 }
 
 }  // namespace armukf

@@ -11,6 +11,14 @@
 
 namespace armukf {
 
+/// Another effect in the stead of one that was found: the model with it, as it is likeliest.
+struct Stead {
+  const Refit* rival;
+  Model model;
+  StatesOfPieces x0;  // of the estimation pieces
+  double gain;  // of the log-likelihood one sample ahead, less one for each parameter it has more
+};
+
 /// Whether noise alone explains what an effect seems to.
 ///
 /// A controller brings the sensor's noise into the torque, and what the torque's own noise does to
@@ -34,6 +42,12 @@ class NoiseCheck {
   /// likelihood is not what its name says.
   std::vector<Refit> likelier(const std::vector<Trial>& trials, const Looks& looks,
                               const AcceptanceSettings& settings);
+
+  /// Each rival on top of the rest, which is the model as it stands without one effect; the
+  /// likeliest first. The likelihood is the sharpest judge of names where nothing but noise is
+  /// left; where noise cannot be all there are none.
+  std::vector<Stead> instead(const Model& rest, const std::vector<Refit>& rivals,
+                             const AcceptanceSettings& settings);
 
  private:
   /// Whether the base's innovations can be noise alone. Makes that base, once.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <optional>
@@ -166,13 +167,23 @@ void hold(const Model& before, ForesightFit& slow, Held& held) {
   slow.density = kForesightDensity;
 }
 
-/// All of them set free again, for a fit that tells them all.
-Explained fitted_together(const Explained& now, const Held& held, const TraceRecords& records,
-                          double density) {
-  Model model = now.fit.model;
+/// All of them set free again.
+Model set_free(Model model, const Held& held) {
   for (Parameter& p : model.parameters)
     if (held.contains(p.name)) p.known = false;
-  return explained(model, now.fit.x0, records, density);
+  return model;
+}
+
+Model kept_as_they_are(Model model, const Held& held) {
+  for (Parameter& p : model.parameters)
+    if (held.contains(p.name)) p.known = true;
+  return model;
+}
+
+/// A fit that tells them all.
+Explained fitted_together(const Explained& now, const Held& held, const TraceRecords& records,
+                          double density) {
+  return explained(set_free(now.fit.model, held), now.fit.x0, records, density);
 }
 
 FittedModel plain(const Explained& now, const TraceRecords& records) {
@@ -184,6 +195,124 @@ FittedModel plain(const Explained& now, const TraceRecords& records) {
 void add_start(const Explained& start, const TraceRecords& records, BaseFit& base) {
   const FittedModel at = plain(start, records);
   base.add(fitted(at.model, at.x0, records.estimation, records.propagation, kLong));
+}
+
+/// A learnt law needs more than likelihood: it may err beyond what it was learnt over. And the
+/// torque's noise is taken for white: what gives it a colour may describe no more than that.
+bool likelihood_tells(const Trial& trial) {
+  const CataloguedEffect& effect = trial.model.effects.back().effect;
+  return !is_learnt_law(effect) && !colours_noise(effect);
+}
+
+/// Judged beside an effect that was found, by its name, and maybe what it is.
+using Rivals = std::map<std::string, std::vector<Refit>>;
+
+/// Of a round: what explains at least a third as much as the chosen one. A learnt law is no name.
+std::vector<Refit> rivals_to_weigh(const Refit& chosen, const std::vector<Refit>& refits) {
+  constexpr double kAThird = 0.33;
+  constexpr std::size_t kMost = 4;
+  std::vector<Refit> rivals;
+  if (chosen.evidence.likelihood_gain) return rivals;  // they have been weighed
+  for (const Refit& refit : refits) {
+    if (rivals.size() == kMost) break;
+    const auto of_a_family = [](const std::string& name) {
+      return [&name](const Refit& r) { return family_of(r.trial.effect) == name; };
+    };
+    const std::string family = family_of(refit.trial.effect);
+    if (family == family_of(chosen.trial.effect) ||
+        std::ranges::any_of(rivals, of_a_family(family)) ||
+        is_learnt_law(find_effect(refit.trial.effect)))
+      continue;
+    if (refit.evidence.merit(chosen.shows_at) > kAThird * chosen.evidence.merit(chosen.shows_at))
+      rivals.push_back(refit);
+  }
+  return rivals;
+}
+
+/// Another name for an effect that was found.
+void rename(const Refit& rival, FoundEffect& found, std::vector<Candidate>& candidates) {
+  for (Candidate& candidate : candidates) {
+    if (candidate.effect != found.effect || !candidate.accepted) continue;
+    candidate.accepted = false;
+    candidate.refused_because = fmt::format("{} makes the records likelier", rival.trial.effect);
+    const int round = candidate.round;
+    for (Candidate& other : candidates) {
+      if (other.effect != rival.trial.effect || other.round != round) continue;
+      other.accepted = true;
+      other.refused_because.clear();
+    }
+    break;
+  }
+  found.effect = rival.trial.effect;
+  found.p_value = rival.evidence.p_value;
+}
+
+/// Families, other than that of the chosen name, with which the records are nearly as likely; the
+/// likeliest first. names: each with its log-likelihood.
+std::vector<std::string> nearly_as_likely(const std::string& chosen,
+                                          std::vector<std::pair<double, std::string>> names) {
+  std::ranges::stable_sort(names, std::greater{}, [](const auto& name) { return name.first; });
+  std::vector<std::string> families;
+  for (const auto& [gain, name] : names)
+    if (gain > names.front().first - kNearlyAsLikely && name != chosen)
+      families.push_back(family_of(name));
+  return families;
+}
+
+/// Whether predictions by a model are nowhere worse than by another, but for that share.
+bool no_worse(const Explained& one, const Explained& other, bool validated, double share) {
+  for (const Horizon h : {kNear, kMiddle, kFar, kLast}) {
+    if (!does_as_well(one.estimation.all[h], other.estimation.all[h], share)) return false;
+    if (validated && !does_as_well(one.validation.all[h], other.validation.all[h], share))
+      return false;
+  }
+  return true;
+}
+
+/// The model with a rival in the stead of an effect, fitted as the round fitted that. rest: the
+/// model without either, all that is held set free.
+Explained replaced(const Model& rest, const Stead& stead, Held& held, const TraceRecords& records) {
+  const std::vector<int> unknown = rest.unknowns();
+  std::erase_if(held, [&](const auto& kept) {
+    return std::ranges::none_of(unknown,
+                                [&](int i) { return rest.parameters[i].name == kept.first; });
+  });
+  const double density = stead.rival->explained.fit.density;
+  Model start = density == kSlowDensity ? stead.model : kept_as_they_are(stead.model, held);
+  ForesightFit fit = explained(start, stead.x0, records, density).fit;
+  if (density == kSlowDensity) hold(kept_as_they_are(rest, held), fit, held);
+  return best_explained(fit, {}, records);
+}
+
+/// Of each effect another name if the records are likelier with it, and those that are nearly as
+/// likely, where that can be told (NoiseCheck::instead).
+void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& records,
+                 const AcceptanceSettings& settings, Diagnosis& diagnosis, Explained& now,
+                 Held& held) {
+  for (FoundEffect& found : diagnosis.effects) {
+    Explained all = now;
+    all.fit.model = set_free(now.fit.model, held);
+    const Model rest = without(all.fit.model, base, found.effect, diagnosis.effects);
+    std::vector<Refit> others = rivals.at(found.effect);
+    std::erase_if(others, [&](const Refit& r) { return rest.has_effect(r.trial.effect); });
+    if (others.empty()) continue;
+    NoiseCheck noise(all, records);
+    const std::vector<Stead> steads = noise.instead(rest, others, settings);
+    if (steads.empty()) return;
+    std::vector<std::pair<double, std::string>> names{{0.0, found.effect}};
+    for (const Stead& stead : steads) names.emplace_back(stead.gain, stead.rival->trial.effect);
+    const Stead& likeliest = steads.front();
+    if (likeliest.gain > kNearlyAsLikely && likelihood_tells(likeliest.rival->trial)) {
+      Held held_then = held;
+      Explained then = replaced(rest, likeliest, held_then, records);
+      if (no_worse(then, now, !records.validation.empty(), settings.most_harm)) {
+        now = std::move(then);
+        held = std::move(held_then);
+        rename(*likeliest.rival, found, diagnosis.candidates);
+      }
+    }
+    found.confused_with = nearly_as_likely(found.effect, std::move(names));
+  }
 }
 
 /// As a simulation, with what is known of the unknowns.
@@ -436,6 +565,7 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   Explained now = first.best;
   const Model base = now.fit.model;
   Held held;
+  Rivals to_weigh;
   for (int round = 1; round <= settings.most_effects; ++round) {
     say(fmt::format("round {}", round), static_cast<double>(round) / (settings.most_effects + 2));
     const Suggested suggested =
@@ -464,10 +594,8 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
         chosen = best();
         if (chosen == nullptr) {
           std::vector<Trial> all = names;
-          // A learnt law needs more than likelihood: it may err beyond what it was learnt over.
-          std::ranges::copy_if(last, std::back_inserter(all), [](const Trial& trial) {
-            return !is_learnt_law(trial.model.effects.back().effect);
-          });
+          std::ranges::copy(last, std::back_inserter(all));
+          std::erase_if(all, [](const Trial& trial) { return !likelihood_tells(trial); });
           add({noise.likelier(all, looks, settings.acceptance), {}}, found);
           chosen = best();
         }
@@ -486,9 +614,12 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
     diagnosis.effects.push_back({effect, chosen->evidence.p_value,
                                  100.0 * (1.0 - simulated.validation.mse / before),
                                  rivals(*chosen, found.refits)});
+    to_weigh[effect] = rivals_to_weigh(*chosen, found.refits);
   }
   say("removal", 0.9);
   remove_idle(base, first.all, diagnosis, now, records);
+  say("names", 0.93);
+  weigh_names(base, to_weigh, records, settings.acceptance, diagnosis, now, held);
   if (!diagnosis.effects.empty()) {
     simulated.estimation = finished(now, held, records);
     simulated.validation = judged(simulated.estimation, records);

@@ -67,6 +67,11 @@ bool is_learnt_law(const CataloguedEffect& effect) {
   return std::visit([]<class E>(const E&) { return LearntLaw<E>; }, effect);
 }
 
+bool colours_noise(const CataloguedEffect& effect) {
+  return std::visit([]<class E>(const E&) { return ActsOnSensor<E> && !E::states.empty(); },
+                    effect);
+}
+
 bool is_tried_last(const CataloguedEffect& effect) {
   return std::visit([]<class E>(const E&) { return LearntLaw<E> || TriedLast<E>; }, effect);
 }

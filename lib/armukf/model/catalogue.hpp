@@ -79,6 +79,10 @@ std::string family_of(std::string_view effect);
 /// Whether it is a curve that is learnt, which a search for names leaves out.
 bool is_learnt_law(const CataloguedEffect& effect);
 
+/// Whether the sensor shows what moves through states of the effect's own: then it gives the noise
+/// of the torque another colour.
+bool colours_noise(const CataloguedEffect& effect);
+
 /// Whether a search tries it only where no other helps: rare effects, and laws that are learnt.
 bool is_tried_last(const CataloguedEffect& effect);
 
