@@ -221,7 +221,7 @@ std::vector<Refit> rivals_to_weigh(const Refit& chosen, const std::vector<Refit>
     const std::string family = family_of(refit.trial.effect);
     if (family == family_of(chosen.trial.effect) ||
         std::ranges::any_of(rivals, of_a_family(family)) ||
-        is_learnt_law(find_effect(refit.trial.effect)))
+        is_learnt_law(refit.trial.model.effects.back().effect))
       continue;
     if (refit.evidence.merit(chosen.shows_at) > kAThird * chosen.evidence.merit(chosen.shows_at))
       rivals.push_back(refit);
