@@ -85,15 +85,15 @@ StatesOfPieces states_by_name(const Model& fewer, const Model& full, const State
   return result;
 }
 
-/// Whether a model foretells as well as another.
-bool as_well(const Explained& fewer, const Explained& full, bool validated) {
-  const auto better = [](const ForesightErrors& a, const ForesightErrors& b) {
-    return does_as_well(a.all[kMiddle], b.all[kMiddle], kNoHelp) &&
-           does_as_well(a.all[kFar], b.all[kFar], kNoHelp) &&
-           does_as_well(a.all[kLast], b.all[kLast], kNoHelp);
-  };
-  return better(fewer.estimation, full.estimation) &&
-         (!validated || better(fewer.validation, full.validation));
+/// Whether a model foretells as well as another from that horizon on, but for that share.
+bool as_well(const Explained& one, const Explained& other, Horizon shortest, bool validated,
+             double share) {
+  for (int h = shortest; h <= kLast; ++h) {
+    if (!does_as_well(one.estimation.all[h], other.estimation.all[h], share)) return false;
+    if (validated && !does_as_well(one.validation.all[h], other.validation.all[h], share))
+      return false;
+  }
+  return true;
 }
 
 /// Takes out again what no longer helps; what is taken out was not accepted in the end.
@@ -106,7 +106,7 @@ void remove_idle(const Model& base, const std::vector<ForesightFit>& bases, Diag
     fewer.density = now.fit.density;
     fewer.x0 = states_by_name(fewer.model, now.fit.model, now.fit.x0);
     const Explained rest = best_explained(fewer, bases, records);
-    if (!as_well(rest, now, !records.validation.empty())) {
+    if (!as_well(rest, now, kMiddle, !records.validation.empty(), kNoHelp)) {
       ++i;
       continue;
     }
@@ -213,36 +213,30 @@ std::vector<Refit> rivals_to_weigh(const Refit& chosen, const std::vector<Refit>
   constexpr std::size_t kMost = 4;
   std::vector<Refit> rivals;
   if (chosen.evidence.likelihood_gain) return rivals;  // they have been weighed
+  std::set<std::string> families{family_of(chosen.trial.effect)};
   for (const Refit& refit : refits) {
-    if (rivals.size() == kMost) break;
-    const auto of_a_family = [](const std::string& name) {
-      return [&name](const Refit& r) { return family_of(r.trial.effect) == name; };
-    };
-    const std::string family = family_of(refit.trial.effect);
-    if (family == family_of(chosen.trial.effect) ||
-        std::ranges::any_of(rivals, of_a_family(family)) ||
-        is_learnt_law(refit.trial.model.effects.back().effect))
+    const double merit = refit.evidence.merit(chosen.shows_at);
+    if (is_learnt_law(refit.trial.model.effects.back().effect) ||
+        !(merit > kAThird * chosen.evidence.merit(chosen.shows_at)))
       continue;
-    if (refit.evidence.merit(chosen.shows_at) > kAThird * chosen.evidence.merit(chosen.shows_at))
-      rivals.push_back(refit);
+    if (families.insert(family_of(refit.trial.effect)).second) rivals.push_back(refit);
+    if (rivals.size() == kMost) break;
   }
   return rivals;
 }
 
 /// Another name for an effect that was found.
 void rename(const Refit& rival, FoundEffect& found, std::vector<Candidate>& candidates) {
-  for (Candidate& candidate : candidates) {
-    if (candidate.effect != found.effect || !candidate.accepted) continue;
-    candidate.accepted = false;
-    candidate.refused_because = fmt::format("{} makes the records likelier", rival.trial.effect);
-    const int round = candidate.round;
-    for (Candidate& other : candidates) {
-      if (other.effect != rival.trial.effect || other.round != round) continue;
-      other.accepted = true;
-      other.refused_because.clear();
-    }
-    break;
-  }
+  const auto was = std::ranges::find_if(
+      candidates, [&](const Candidate& c) { return c.accepted && c.effect == found.effect; });
+  const auto is = std::ranges::find_if(candidates, [&](const Candidate& c) {
+    return c.round == was->round && c.effect == rival.trial.effect &&
+           c.p_value == rival.evidence.p_value;
+  });
+  was->accepted = false;
+  was->refused_because = fmt::format("{} makes the records likelier", rival.trial.effect);
+  is->accepted = true;
+  is->refused_because.clear();
   found.effect = rival.trial.effect;
   found.p_value = rival.evidence.p_value;
 }
@@ -259,16 +253,6 @@ std::vector<std::string> nearly_as_likely(const std::string& chosen,
   return families;
 }
 
-/// Whether predictions by a model are nowhere worse than by another, but for that share.
-bool no_worse(const Explained& one, const Explained& other, bool validated, double share) {
-  for (const Horizon h : {kNear, kMiddle, kFar, kLast}) {
-    if (!does_as_well(one.estimation.all[h], other.estimation.all[h], share)) return false;
-    if (validated && !does_as_well(one.validation.all[h], other.validation.all[h], share))
-      return false;
-  }
-  return true;
-}
-
 /// The model with a rival in the stead of an effect, fitted as the round fitted that. rest: the
 /// model without either, all that is held set free.
 Explained replaced(const Model& rest, const Stead& stead, Held& held, const TraceRecords& records) {
@@ -278,7 +262,7 @@ Explained replaced(const Model& rest, const Stead& stead, Held& held, const Trac
                                 [&](int i) { return rest.parameters[i].name == kept.first; });
   });
   const double density = stead.rival->explained.fit.density;
-  Model start = density == kSlowDensity ? stead.model : kept_as_they_are(stead.model, held);
+  const Model start = density == kSlowDensity ? stead.model : kept_as_they_are(stead.model, held);
   ForesightFit fit = explained(start, stead.x0, records, density).fit;
   if (density == kSlowDensity) hold(kept_as_they_are(rest, held), fit, held);
   return best_explained(fit, {}, records);
@@ -289,15 +273,19 @@ Explained replaced(const Model& rest, const Stead& stead, Held& held, const Trac
 void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& records,
                  const AcceptanceSettings& settings, Diagnosis& diagnosis, Explained& now,
                  Held& held) {
+  Explained all;  // what the check looks at, until a name is replaced
+  std::optional<NoiseCheck> noise;
   for (FoundEffect& found : diagnosis.effects) {
-    Explained all = now;
-    all.fit.model = set_free(now.fit.model, held);
+    if (!noise) {
+      all = now;
+      all.fit.model = set_free(now.fit.model, held);
+      noise.emplace(all, records);
+    }
     const Model rest = without(all.fit.model, base, found.effect, diagnosis.effects);
     std::vector<Refit> others = rivals.at(found.effect);
     std::erase_if(others, [&](const Refit& r) { return rest.has_effect(r.trial.effect); });
     if (others.empty()) continue;
-    NoiseCheck noise(all, records);
-    const std::vector<Stead> steads = noise.instead(rest, others, settings);
+    const std::vector<Stead> steads = noise->instead(rest, others, settings);
     if (steads.empty()) return;
     std::vector<std::pair<double, std::string>> names{{0.0, found.effect}};
     for (const Stead& stead : steads) names.emplace_back(stead.gain, stead.rival->trial.effect);
@@ -305,10 +293,11 @@ void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& re
     if (likeliest.gain > kNearlyAsLikely && likelihood_tells(likeliest.rival->trial)) {
       Held held_then = held;
       Explained then = replaced(rest, likeliest, held_then, records);
-      if (no_worse(then, now, !records.validation.empty(), settings.most_harm)) {
+      if (as_well(then, now, kNear, !records.validation.empty(), settings.most_harm)) {
         now = std::move(then);
         held = std::move(held_then);
         rename(*likeliest.rival, found, diagnosis.candidates);
+        noise.reset();
       }
     }
     found.confused_with = nearly_as_likely(found.effect, std::move(names));
