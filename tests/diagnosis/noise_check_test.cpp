@@ -6,36 +6,15 @@
 #include <utility>
 #include <vector>
 
-#include "armukf/batch/experiment.hpp"
+#include "diagnosis/loop_records.hpp"
 
 namespace armukf {
 namespace {
-
-/// Records in closed loop, whose controller sees the sensor's noise.
-TraceRecords records_of(const Model& truth) {
-  TraceRecords records;
-  records.estimation = {
-      simulate_experiment(
-          truth,
-          {.samples = 8000, .sensor_noise = 0.4, .sensor_pole = 0.8, .torque_disturbance = 0.3})
-          .record};
-  return records;
-}
 
 Explained standing_at(const Model& model) {
   Explained now;
   now.fit.model = model;
   return now;
-}
-
-/// An effect of that size beside the model, as a refit would come to the check.
-Refit refit_of(Model model, const std::string& effect, double size) {
-  model.add_effect(effect);
-  model.parameter(effect).value = size;
-  Refit refit;
-  refit.trial.effect = effect;
-  refit.explained.fit.model = model;
-  return refit;
 }
 
 std::string refusal(const TraceRecords& records, const std::string& effect, double size) {

@@ -209,15 +209,6 @@ TEST(Trace, TakesEachPieceBetweenGapsForItself) {
             diagnosis.after_validation_measures.mse);
 }
 
-TEST(DoesAsWell, IsNeverSaidOfWhatRunsAway) {
-  EXPECT_TRUE(does_as_well(1.0, 1.0, 0.0));
-  EXPECT_TRUE(does_as_well(1.009, 1.0, 0.01));
-  EXPECT_FALSE(does_as_well(1.02, 1.0, 0.01));
-  EXPECT_FALSE(does_as_well(kNaN, 1.0, 0.01));
-  EXPECT_FALSE(does_as_well(kInfinite, 1.0, 0.01));
-  EXPECT_FALSE(does_as_well(kInfinite, kInfinite, 0.01));
-}
-
 TEST(Trace, RefusesRecordsThatCannotTell) {
   const Record record = record_of(published_estimate(), ExperimentKind::kEstimation, 2000);
   Record same = record;

@@ -1,12 +1,16 @@
 #!/usr/bin/python3
 """The scripts that a user calls, from outside: scripts_test.py PROGRAM"""
 
+import importlib.machinery
+import importlib.util
 import json
+import os
 import subprocess
 import sys
 import tempfile
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 from scipy import io
@@ -39,6 +43,25 @@ class InFolder(unittest.TestCase):
     def expect_refused(self, message, *words):
         done = run("/usr/bin/python3", *words, cwd=self.folder)
         self.assertEqual((done.returncode, done.stderr, done.stdout), (2, message + "\n", ""))
+
+
+class Tidy(InFolder):
+    """What is known to be clean is so on every machine."""
+
+    def rules_by(self, version, processor):
+        loader = importlib.machinery.SourceFileLoader("tidy", str(SCRIPTS / "tidy"))
+        tidy = importlib.util.module_from_spec(importlib.util.spec_from_loader("tidy", loader))
+        loader.exec_module(tidy)
+        program = self.folder / "clang-tidy"
+        program.write_text(f"#!/bin/sh\necho 'Debian LLVM version {version}'\necho '  Host CPU: {processor}'\n")
+        program.chmod(0o755)
+        with mock.patch.dict(os.environ, {"PATH": f"{self.folder}:{os.environ['PATH']}"}):
+            return tidy.common()
+
+    def test_rules_do_not_depend_on_the_processor_but_on_the_version(self):
+        rules = self.rules_by("14.0.6", "znver3")
+        self.assertEqual(rules, self.rules_by("14.0.6", "znver5"))
+        self.assertNotEqual(rules, self.rules_by("14.0.7", "znver3"))
 
 
 class Plot(InFolder):

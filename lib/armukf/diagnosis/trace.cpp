@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <functional>
 #include <iterator>
-#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -19,6 +16,9 @@
 #include "armukf/core/residual_tests.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/diagnosis/candidates.hpp"
+#include "armukf/diagnosis/completion.hpp"
+#include "armukf/diagnosis/consistency.hpp"
+#include "armukf/diagnosis/naming.hpp"
 #include "armukf/diagnosis/noise_check.hpp"
 #include "armukf/diagnosis/portrait.hpp"
 #include "armukf/diagnosis/search.hpp"
@@ -27,52 +27,18 @@
 namespace armukf {
 namespace {
 
-constexpr int kLong = 60;                // iterations to the end of a plain fit
-constexpr int kShort = 10;               // where only a block has gone
-constexpr double kNoHelp = 0.01;         // an effect worth less of every error goes again
-constexpr double kNearlyAsGood = 0.8;    // of the merit: the record cannot tell the two apart
-constexpr double kNearlyAsLikely = 3.0;  // nats: the likelihoods differ by less than 20 to 1
-constexpr double kHopelessFit = 20.0;    // percent, of a simulation
-constexpr double kForetoldFit = 50.0;    // percent, of predictions over 200 samples
-constexpr double kMoreLeft = 1.5;        // times, of the validation's error over the estimation's
+constexpr int kLong = 60;              // iterations to the end of a plain fit
+constexpr int kShort = 10;             // where only a block has gone
+constexpr double kNoHelp = 0.01;       // an effect worth less of every error goes again
+constexpr double kHopelessFit = 20.0;  // percent, of a simulation
+constexpr double kForetoldFit = 50.0;  // percent, of predictions over 200 samples
+constexpr double kMoreLeft = 1.5;      // times, of the validation's error over the estimation's
 
 /// A model as a plain simulation: fitted to the estimation pieces, and on what judges it.
 struct Simulated {
   FittedModel estimation;
   FittedModel validation;
 };
-
-bool explains_nearly_as_much(const Refit& refit, const Refit& chosen) {
-  const auto gain = [](const Refit& r) { return r.evidence.likelihood_gain; };
-  if (gain(chosen)) return gain(refit) && *gain(refit) > *gain(chosen) - kNearlyAsLikely;
-  return refit.evidence.merit(chosen.shows_at) >=
-         kNearlyAsGood * chosen.evidence.merit(chosen.shows_at);
-}
-
-/// Families, other than the chosen one's, that explain nearly as much.
-std::vector<std::string> rivals(const Refit& chosen, const std::vector<Refit>& refits) {
-  std::vector<std::string> names;
-  for (const Refit& refit : refits) {
-    const std::string name = family_of(refit.trial.effect);
-    if (name == family_of(chosen.trial.effect)) continue;
-    if (!explains_nearly_as_much(refit, chosen)) continue;
-    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
-  }
-  return names;
-}
-
-/// The model with one effect taken out, the rest as it is in `full`.
-Model without(const Model& full, const Model& base, const std::string& effect,
-              const std::vector<FoundEffect>& effects) {
-  Model model = base;
-  for (const FoundEffect& other : effects)
-    if (other.effect != effect) model.add_effect(other.effect);
-  for (Parameter& p : model.parameters) {
-    const Parameter& as_it_is = full.parameter(p.name);
-    if (!p.known) p = as_it_is;  // else it is what only that effect had set free
-  }
-  return model;
-}
 
 /// Initial states of `fewer`, by name, from those of `full`.
 StatesOfPieces states_by_name(const Model& fewer, const Model& full, const StatesOfPieces& x0) {
@@ -83,17 +49,6 @@ StatesOfPieces states_by_name(const Model& fewer, const Model& full, const State
       result[e].push_back(x0[e][at - full.states.begin()]);
   }
   return result;
-}
-
-/// Whether a model foretells as well as another from that horizon on, but for that share.
-bool as_well(const Explained& one, const Explained& other, Horizon shortest, bool validated,
-             double share) {
-  for (int h = shortest; h <= kLast; ++h) {
-    if (!does_as_well(one.estimation.all[h], other.estimation.all[h], share)) return false;
-    if (validated && !does_as_well(one.validation.all[h], other.validation.all[h], share))
-      return false;
-  }
-  return true;
 }
 
 /// Takes out again what no longer helps; what is taken out was not accepted in the end.
@@ -151,41 +106,6 @@ FittedModel judged(const FittedModel& fit, const TraceRecords& records) {
              : without_each_block(fit, records);
 }
 
-/// Parameters that the slow filter's fit has told, with their deviations. They are kept as they are
-/// while the fast one's, which makes good for what they do, tells the others.
-using Held = std::map<std::string, double>;
-
-/// A slow effect is found: what it has brought is held from now on.
-void hold(const Model& before, ForesightFit& slow, Held& held) {
-  const std::vector<int> were_unknown = before.unknowns();
-  for (std::size_t i = 0; i < slow.fitted.size(); ++i) {
-    if (std::ranges::find(were_unknown, slow.fitted[i]) != were_unknown.end()) continue;
-    Parameter& p = slow.model.parameters[slow.fitted[i]];
-    p.known = true;
-    held[p.name] = slow.sd[i];
-  }
-  slow.density = kForesightDensity;
-}
-
-/// All of them set free again.
-Model set_free(Model model, const Held& held) {
-  for (Parameter& p : model.parameters)
-    if (held.contains(p.name)) p.known = false;
-  return model;
-}
-
-Model kept_as_they_are(Model model, const Held& held) {
-  for (Parameter& p : model.parameters)
-    if (held.contains(p.name)) p.known = true;
-  return model;
-}
-
-/// A fit that tells them all.
-Explained fitted_together(const Explained& now, const Held& held, const TraceRecords& records,
-                          double density) {
-  return explained(set_free(now.fit.model, held), now.fit.x0, records, density);
-}
-
 FittedModel plain(const Explained& now, const TraceRecords& records) {
   return placed(now.fit.model, records.estimation, records.propagation, records.threads);
 }
@@ -195,113 +115,6 @@ FittedModel plain(const Explained& now, const TraceRecords& records) {
 void add_start(const Explained& start, const TraceRecords& records, BaseFit& base) {
   const FittedModel at = plain(start, records);
   base.add(fitted(at.model, at.x0, records.estimation, records.propagation, kLong));
-}
-
-/// A learnt law needs more than likelihood: it may err beyond what it was learnt over. And the
-/// torque's noise is taken for white: what gives it a colour may describe no more than that.
-bool likelihood_tells(const Trial& trial) {
-  const CataloguedEffect& effect = trial.model.effects.back().effect;
-  return !is_learnt_law(effect) && !colours_noise(effect);
-}
-
-/// Judged beside an effect that was found, by its name, and maybe what it is.
-using Rivals = std::map<std::string, std::vector<Refit>>;
-
-/// Of a round: what explains at least a third as much as the chosen one. A learnt law is no name.
-std::vector<Refit> rivals_to_weigh(const Refit& chosen, const std::vector<Refit>& refits) {
-  constexpr double kAThird = 0.33;
-  constexpr std::size_t kMost = 4;
-  std::vector<Refit> rivals;
-  if (chosen.evidence.likelihood_gain) return rivals;  // they have been weighed
-  std::set<std::string> families{family_of(chosen.trial.effect)};
-  for (const Refit& refit : refits) {
-    const double merit = refit.evidence.merit(chosen.shows_at);
-    if (is_learnt_law(refit.trial.model.effects.back().effect) ||
-        !(merit > kAThird * chosen.evidence.merit(chosen.shows_at)))
-      continue;
-    if (families.insert(family_of(refit.trial.effect)).second) rivals.push_back(refit);
-    if (rivals.size() == kMost) break;
-  }
-  return rivals;
-}
-
-/// Another name for an effect that was found.
-void rename(const Refit& rival, FoundEffect& found, std::vector<Candidate>& candidates) {
-  const auto was = std::ranges::find_if(
-      candidates, [&](const Candidate& c) { return c.accepted && c.effect == found.effect; });
-  const auto is = std::ranges::find_if(candidates, [&](const Candidate& c) {
-    return c.round == was->round && c.effect == rival.trial.effect &&
-           c.p_value == rival.evidence.p_value;
-  });
-  was->accepted = false;
-  was->refused_because = fmt::format("{} makes the records likelier", rival.trial.effect);
-  is->accepted = true;
-  is->refused_because.clear();
-  found.effect = rival.trial.effect;
-  found.p_value = rival.evidence.p_value;
-}
-
-/// Families, other than that of the chosen name, with which the records are nearly as likely; the
-/// likeliest first. names: each with its log-likelihood.
-std::vector<std::string> nearly_as_likely(const std::string& chosen,
-                                          std::vector<std::pair<double, std::string>> names) {
-  std::ranges::stable_sort(names, std::greater{}, [](const auto& name) { return name.first; });
-  std::vector<std::string> families;
-  for (const auto& [gain, name] : names)
-    if (gain > names.front().first - kNearlyAsLikely && name != chosen)
-      families.push_back(family_of(name));
-  return families;
-}
-
-/// The model with a rival in the stead of an effect, fitted as the round fitted that. rest: the
-/// model without either, all that is held set free.
-Explained replaced(const Model& rest, const Stead& stead, Held& held, const TraceRecords& records) {
-  const std::vector<int> unknown = rest.unknowns();
-  std::erase_if(held, [&](const auto& kept) {
-    return std::ranges::none_of(unknown,
-                                [&](int i) { return rest.parameters[i].name == kept.first; });
-  });
-  const double density = stead.rival->explained.fit.density;
-  const Model start = density == kSlowDensity ? stead.model : kept_as_they_are(stead.model, held);
-  ForesightFit fit = explained(start, stead.x0, records, density).fit;
-  if (density == kSlowDensity) hold(kept_as_they_are(rest, held), fit, held);
-  return best_explained(fit, {}, records);
-}
-
-/// Of each effect another name if the records are likelier with it, and those that are nearly as
-/// likely, where that can be told (NoiseCheck::instead).
-void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& records,
-                 const AcceptanceSettings& settings, Diagnosis& diagnosis, Explained& now,
-                 Held& held) {
-  Explained all;  // what the check looks at, until a name is replaced
-  std::optional<NoiseCheck> noise;
-  for (FoundEffect& found : diagnosis.effects) {
-    if (!noise) {
-      all = now;
-      all.fit.model = set_free(now.fit.model, held);
-      noise.emplace(all, records);
-    }
-    const Model rest = without(all.fit.model, base, found.effect, diagnosis.effects);
-    std::vector<Refit> others = rivals.at(found.effect);
-    std::erase_if(others, [&](const Refit& r) { return rest.has_effect(r.trial.effect); });
-    if (others.empty()) continue;
-    const std::vector<Stead> steads = noise->instead(rest, others, settings);
-    if (steads.empty()) return;
-    std::vector<std::pair<double, std::string>> names{{0.0, found.effect}};
-    for (const Stead& stead : steads) names.emplace_back(stead.gain, stead.rival->trial.effect);
-    const Stead& likeliest = steads.front();
-    if (likeliest.gain > kNearlyAsLikely && likelihood_tells(likeliest.rival->trial)) {
-      Held held_then = held;
-      Explained then = replaced(rest, likeliest, held_then, records);
-      if (as_well(then, now, kNear, !records.validation.empty(), settings.most_harm)) {
-        now = std::move(then);
-        held = std::move(held_then);
-        rename(*likeliest.rival, found, diagnosis.candidates);
-        noise.reset();
-      }
-    }
-    found.confused_with = nearly_as_likely(found.effect, std::move(names));
-  }
 }
 
 /// As a simulation, with what is known of the unknowns.
@@ -387,53 +200,6 @@ std::vector<std::string> more_left(const Simulated& now, const TraceRecords& rec
   return left;
 }
 
-/// Two estimates of a parameter. kFreedom: of their deviations together.
-Consistency consistency_of(const std::string& parameter, std::string_view between, double value,
-                           double sd, double other_value, double other_sd) {
-  constexpr double kFreedom = 2.0 * (kForesightBlocks - 1);
-  const double difference = (value - other_value) / std::hypot(sd, other_sd);
-  Consistency result{parameter, std::string(between), {value, other_value}, {sd, other_sd}, 1.0};
-  if (std::isfinite(difference))
-    result.p_value = hotelling_tail(difference * difference, 1.0, kFreedom);
-  return result;
-}
-
-/// Whether the parts of the estimation records, and the validation records, tell the same numbers.
-std::vector<Consistency> consistency_of(const Explained& now, const TraceRecords& records) {
-  std::vector<Consistency> all;
-  const ForesightFit& fit = now.fit;
-  for (std::size_t i = 0; i < fit.fitted.size() && !fit.halves[0].values.empty(); ++i)
-    all.push_back(consistency_of(fit.model.parameters[fit.fitted[i]].name, "halves",
-                                 fit.halves[0].values[i], fit.halves[0].sd[i],
-                                 fit.halves[1].values[i], fit.halves[1].sd[i]));
-  if (records.validation.empty()) return all;
-  const ForesightFit other =
-      fit_foresight(fit.model, states_before(fit.model, records.validation, records.propagation),
-                    records.validation, records.propagation, fit.density, kLong / 2, true);
-  for (std::size_t i = 0; i < fit.fitted.size(); ++i) {
-    const int at = fit.fitted[i];
-    all.push_back(consistency_of(fit.model.parameters[at].name, "records",
-                                 fit.model.parameters[at].value, fit.sd[i],
-                                 other.model.parameters[at].value, other.sd[i]));
-  }
-  return all;
-}
-
-/// Where they differ beyond chance, in words.
-std::vector<std::string> disagreements(const std::vector<Consistency>& all, const Model& model) {
-  constexpr double kChance = 0.001;  // for all of them together
-  std::vector<std::string> texts;
-  for (const Consistency& c : all) {
-    if (c.p_value * static_cast<double>(all.size()) > kChance) continue;
-    texts.push_back(fmt::format(
-        "{} is {:.4g} ± {:.2g} in one of two {} and {:.4g} ± {:.2g} {} in the other: its law is "
-        "not this one",
-        c.parameter, c.values[0], c.sd[0], c.between, c.values[1], c.sd[1],
-        model.parameter(c.parameter).unit));
-  }
-  return texts;
-}
-
 /// As a fit in percent: how far the predictions over 200 samples go.
 double foretold_percent(const ForesightErrors& errors, const std::vector<Record>& pieces) {
   ErrorSums sums;
@@ -478,6 +244,51 @@ const Refit* confirmed(std::vector<Refit>& refits, NoiseCheck& noise, const Look
   }
 }
 
+/// What a round begins with.
+struct Round {
+  Suggested suggested;
+  const Held& held;
+  const TraceRecords& records;
+  const AcceptanceSettings& settings;
+};
+
+/// Looks for one effect more: among the names by the fast filter's predictions; by the slow one's,
+/// which tell what shows late; among what is tried last; and at the end by the likelihood alone.
+/// Goes on only while nothing counts as found, or what does shows late. bases: what it is tried on
+/// top of; now: the model as it stands, and a better minimum of it where one was come upon.
+Contest looked_for(const Round& round, const std::vector<ForesightFit>& bases, Explained& now) {
+  const auto& [suggested, held, records, settings] = round;
+  const std::vector<Trial> names = trials_for(now.fit.model, suggested);
+  Looks looks = looks_of(names);
+  Contest found = contest(now, bases, names, looks, records, settings);
+  NoiseCheck noise(now, records);
+  const auto best = [&] { return confirmed(found.refits, noise, looks, settings); };
+  const Refit* first = best();
+  if (first != nullptr && first->shows_at <= kMiddle) return found;
+
+  Explained slow = fitted_together(now, held, records, kSlowDensity);
+  const auto add_slow = [&](const std::vector<ForesightFit>& on, const std::vector<Trial>& trials) {
+    add(contest(slow, on, trials, looks, records, settings), found);
+  };
+  add_slow({slow.fit}, trials_for(slow.fit.model, suggested));
+  if (best() != nullptr) return found;
+
+  const std::vector<Trial> last =
+      last_trials_for(slow.fit.model, suggested, records.estimation, records.propagation);
+  looks.merge(looks_of(last));
+  std::vector<ForesightFit> on{slow.fit};  // what is missing may have led it far astray
+  on.insert(on.end(), bases.begin(), bases.end());
+  add_slow(on, last);
+  if (best() != nullptr) return found;
+
+  std::vector<Trial> all = names;
+  std::ranges::copy(last, std::back_inserter(all));
+  std::erase_if(all, [](const Trial& trial) { return !likelihood_tells(trial); });
+  add({noise.likelier(all, looks, settings), {}}, found);
+  best();
+  return found;
+}
+
 /// All that a round looked at, into the diagnosis.
 void note(const Contest& round, const Refit* chosen, int number,
           std::vector<Candidate>& candidates) {
@@ -508,20 +319,6 @@ void note(const Contest& round, const Refit* chosen, int number,
     candidates.push_back(candidate);
   }
 }
-
-}  // namespace
-
-std::string_view name_of(Verdict verdict) {
-  constexpr std::array<std::string_view, 3> kNames{"model sufficient", "effect found",
-                                                   "residual unexplained"};
-  return kNames[static_cast<int>(verdict)];
-}
-
-bool does_as_well(double mse, double other, double share) {
-  return std::isfinite(mse) && mse <= (1.0 + share) * other;
-}
-
-namespace {
 
 struct Traced {
   Diagnosis diagnosis;
@@ -557,39 +354,11 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   Rivals to_weigh;
   for (int round = 1; round <= settings.most_effects; ++round) {
     say(fmt::format("round {}", round), static_cast<double>(round) / (settings.most_effects + 2));
-    const Suggested suggested =
-        suggested_by(simulated.estimation, records.estimation, records.propagation);
-    const std::vector<Trial> names = trials_for(now.fit.model, suggested);
-    Looks looks = looks_of(names);
-    const auto compete = [&](Explained& with, const std::vector<ForesightFit>& on,
-                             const std::vector<Trial>& trials) {
-      return contest(with, on, trials, looks, records, settings.acceptance);
-    };
-    Contest found = compete(now, bases, names);
-    NoiseCheck noise(now, records);
-    const auto best = [&] { return confirmed(found.refits, noise, looks, settings.acceptance); };
-    const Refit* chosen = best();
-    if (chosen == nullptr || chosen->shows_at > kMiddle) {
-      Explained slow = fitted_together(now, held, records, kSlowDensity);
-      add(compete(slow, {slow.fit}, trials_for(slow.fit.model, suggested)), found);
-      chosen = best();
-      if (chosen == nullptr) {  // none of those that are likely
-        const std::vector<Trial> last =
-            last_trials_for(slow.fit.model, suggested, records.estimation, records.propagation);
-        looks.merge(looks_of(last));
-        std::vector<ForesightFit> on{slow.fit};  // what is missing may have led it far astray
-        on.insert(on.end(), bases.begin(), bases.end());
-        add(compete(slow, on, last), found);
-        chosen = best();
-        if (chosen == nullptr) {
-          std::vector<Trial> all = names;
-          std::ranges::copy(last, std::back_inserter(all));
-          std::erase_if(all, [](const Trial& trial) { return !likelihood_tells(trial); });
-          add({noise.likelier(all, looks, settings.acceptance), {}}, found);
-          chosen = best();
-        }
-      }
-    }
+    const Contest found =
+        looked_for({suggested_by(simulated.estimation, records.estimation, records.propagation),
+                    held, records, settings.acceptance},
+                   bases, now);
+    const Refit* chosen = best_found(found.refits);
     note(found, chosen, round, diagnosis.candidates);
     if (chosen == nullptr) break;
     ForesightFit fit = chosen->explained.fit;

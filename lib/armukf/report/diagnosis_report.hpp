@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "armukf/diagnosis/trace.hpp"
+#include "armukf/diagnosis/diagnosis.hpp"
 
 namespace armukf {
 

@@ -1,0 +1,138 @@
+#include "armukf/diagnosis/naming.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "armukf/diagnosis/noise_check.hpp"
+
+namespace armukf {
+namespace {
+
+constexpr double kNearlyAsGood = 0.8;    // of the merit: the record cannot tell the two apart
+constexpr double kNearlyAsLikely = 3.0;  // nats: the likelihoods differ by less than 20 to 1
+
+bool explains_nearly_as_much(const Refit& refit, const Refit& chosen) {
+  const auto gain = [](const Refit& r) { return r.evidence.likelihood_gain; };
+  if (gain(chosen)) return gain(refit) && *gain(refit) > *gain(chosen) - kNearlyAsLikely;
+  return refit.evidence.merit(chosen.shows_at) >=
+         kNearlyAsGood * chosen.evidence.merit(chosen.shows_at);
+}
+
+/// Another name for an effect that was found.
+void rename(const Refit& rival, FoundEffect& found, std::vector<Candidate>& candidates) {
+  const auto was = std::ranges::find_if(
+      candidates, [&](const Candidate& c) { return c.accepted && c.effect == found.effect; });
+  const auto is = std::ranges::find_if(candidates, [&](const Candidate& c) {
+    return c.round == was->round && c.effect == rival.trial.effect &&
+           c.p_value == rival.evidence.p_value;
+  });
+  was->accepted = false;
+  was->refused_because = fmt::format("{} makes the records likelier", rival.trial.effect);
+  is->accepted = true;
+  is->refused_because.clear();
+  found.effect = rival.trial.effect;
+  found.p_value = rival.evidence.p_value;
+}
+
+/// Families, other than that of the chosen name, with which the records are nearly as likely; the
+/// likeliest first. names: each with its log-likelihood.
+std::vector<std::string> nearly_as_likely(const std::string& chosen,
+                                          std::vector<std::pair<double, std::string>> names) {
+  std::ranges::stable_sort(names, std::greater{}, [](const auto& name) { return name.first; });
+  std::vector<std::string> families;
+  for (const auto& [gain, name] : names)
+    if (gain > names.front().first - kNearlyAsLikely && name != chosen)
+      families.push_back(family_of(name));
+  return families;
+}
+
+/// The model with a rival in the stead of an effect, fitted as the round fitted that. rest: the
+/// model without either, all that is held set free.
+Explained replaced(const Model& rest, const Stead& stead, Held& held, const TraceRecords& records) {
+  const std::vector<int> unknown = rest.unknowns();
+  std::erase_if(held, [&](const auto& kept) {
+    return std::ranges::none_of(unknown,
+                                [&](int i) { return rest.parameters[i].name == kept.first; });
+  });
+  const double density = stead.rival->explained.fit.density;
+  const Model start = density == kSlowDensity ? stead.model : kept_as_they_are(stead.model, held);
+  ForesightFit fit = explained(start, stead.x0, records, density).fit;
+  if (density == kSlowDensity) hold(kept_as_they_are(rest, held), fit, held);
+  return best_explained(fit, {}, records);
+}
+
+}  // namespace
+
+bool likelihood_tells(const Trial& trial) {
+  const CataloguedEffect& effect = trial.model.effects.back().effect;
+  return !is_learnt_law(effect) && !colours_noise(effect);
+}
+
+std::vector<std::string> rivals(const Refit& chosen, const std::vector<Refit>& refits) {
+  std::vector<std::string> names;
+  for (const Refit& refit : refits) {
+    const std::string name = family_of(refit.trial.effect);
+    if (name == family_of(chosen.trial.effect)) continue;
+    if (!explains_nearly_as_much(refit, chosen)) continue;
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  }
+  return names;
+}
+
+std::vector<Refit> rivals_to_weigh(const Refit& chosen, const std::vector<Refit>& refits) {
+  constexpr double kAThird = 0.33;
+  constexpr std::size_t kMost = 4;
+  std::vector<Refit> rivals;
+  if (chosen.evidence.likelihood_gain) return rivals;  // they have been weighed
+  std::set<std::string> families{family_of(chosen.trial.effect)};
+  for (const Refit& refit : refits) {
+    const double merit = refit.evidence.merit(chosen.shows_at);
+    if (is_learnt_law(refit.trial.model.effects.back().effect) ||
+        !(merit > kAThird * chosen.evidence.merit(chosen.shows_at)))
+      continue;
+    if (families.insert(family_of(refit.trial.effect)).second) rivals.push_back(refit);
+    if (rivals.size() == kMost) break;
+  }
+  return rivals;
+}
+
+void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& records,
+                 const AcceptanceSettings& settings, Diagnosis& diagnosis, Explained& now,
+                 Held& held) {
+  Explained all;  // what the check looks at, until a name is replaced
+  std::optional<NoiseCheck> noise;
+  for (FoundEffect& found : diagnosis.effects) {
+    if (!noise) {
+      all = now;
+      all.fit.model = set_free(now.fit.model, held);
+      noise.emplace(all, records);
+    }
+    const Model rest = without(all.fit.model, base, found.effect, diagnosis.effects);
+    std::vector<Refit> others = rivals.at(found.effect);
+    std::erase_if(others, [&](const Refit& r) { return rest.has_effect(r.trial.effect); });
+    if (others.empty()) continue;
+    const std::vector<Stead> steads = noise->instead(rest, others, settings);
+    if (steads.empty()) return;
+    std::vector<std::pair<double, std::string>> names{{0.0, found.effect}};
+    for (const Stead& stead : steads) names.emplace_back(stead.gain, stead.rival->trial.effect);
+    const Stead& likeliest = steads.front();
+    if (likeliest.gain > kNearlyAsLikely && likelihood_tells(likeliest.rival->trial)) {
+      Held held_then = held;
+      Explained then = replaced(rest, likeliest, held_then, records);
+      if (as_well(then, now, kNear, !records.validation.empty(), settings.most_harm)) {
+        now = std::move(then);
+        held = std::move(held_then);
+        rename(*likeliest.rival, found, diagnosis.candidates);
+        noise.reset();
+      }
+    }
+    found.confused_with = nearly_as_likely(found.effect, std::move(names));
+  }
+}
+
+}  // namespace armukf

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "armukf/diagnosis/acceptance_settings.hpp"
+#include "armukf/diagnosis/candidates.hpp"
+#include "armukf/diagnosis/completion.hpp"
+#include "armukf/diagnosis/diagnosis.hpp"
+#include "armukf/diagnosis/trace_records.hpp"
+
+/// Which of several names an effect has.
+namespace armukf {
+
+/// A learnt law needs more than likelihood: it may err beyond what it was learnt over. And the
+/// torque's noise is taken for white: what gives it a colour may describe no more than that.
+bool likelihood_tells(const Trial& trial);
+
+/// Families, other than the chosen one's, that explain nearly as much in a round.
+std::vector<std::string> rivals(const Refit& chosen, const std::vector<Refit>& refits);
+
+/// Judged beside an effect that was found, by its name, and maybe what it is.
+using Rivals = std::map<std::string, std::vector<Refit>>;
+
+/// Of a round: what explains at least a third as much as the chosen one. A learnt law is no name.
+std::vector<Refit> rivals_to_weigh(const Refit& chosen, const std::vector<Refit>& refits);
+
+/// Of each effect another name if the records are likelier with it, and those that are nearly as
+/// likely, where that can be told (NoiseCheck::instead). base: the model without any; now: with all
+/// that were found.
+void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& records,
+                 const AcceptanceSettings& settings, Diagnosis& diagnosis, Explained& now,
+                 Held& held);
+
+}  // namespace armukf

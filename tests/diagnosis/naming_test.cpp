@@ -1,0 +1,94 @@
+#include "armukf/diagnosis/naming.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/loop_records.hpp"
+
+namespace armukf {
+namespace {
+
+constexpr const char* kRight = "gear_damping_quadratic";
+constexpr const char* kWrong = "torque_gain";
+
+TraceRecords records_of_damping() {
+  Model truth = published_estimate();
+  truth.add_effect(kRight);
+  truth.parameter(kRight).value = 0.004;
+  return records_of(truth);
+}
+
+Candidate candidate(const std::string& effect, bool accepted) {
+  Candidate result;
+  result.effect = effect;
+  result.round = 1;
+  result.p_value = accepted ? 1e-6 : 1e-3;
+  result.accepted = accepted;
+  if (!accepted) result.refused_because = "another explains more";
+  return result;
+}
+
+/// One effect found in one round, and another that was judged beside it.
+struct Found {
+  Found(const std::string& name, const std::string& rival)
+      : records(records_of_damping()), base(published_arm()) {
+    Model model = base;
+    model.add_effect(name);
+    now = explained(model, {}, records, kForesightDensity);
+    diagnosis.effects.push_back({name, 1e-6, 50.0, {}});
+    diagnosis.candidates = {candidate(name, true), candidate(rival, false)};
+    Refit beside = refit_of(base, rival, 0.001);
+    beside.explained.fit.density = kForesightDensity;
+    beside.evidence.p_value = 1e-3;
+    rivals[name] = {beside};
+  }
+
+  void weigh() { weigh_names(base, rivals, records, {}, diagnosis, now, held); }
+
+  TraceRecords records;
+  Model base;
+  Explained now;
+  Diagnosis diagnosis;
+  Rivals rivals;
+  Held held;
+};
+
+TEST(WeighNames, ReplacesANameByOneThatMakesTheRecordsLikelier) {
+  Found found(kWrong, kRight);
+  const double error = found.now.estimation.all[kMiddle];
+  found.weigh();
+  ASSERT_EQ(found.diagnosis.effects.size(), 1U);
+  EXPECT_EQ(found.diagnosis.effects[0].effect, kRight);
+  EXPECT_EQ(found.diagnosis.effects[0].p_value, 1e-3);
+  EXPECT_TRUE(found.diagnosis.effects[0].confused_with.empty());
+  EXPECT_FALSE(found.diagnosis.candidates[0].accepted);
+  EXPECT_EQ(found.diagnosis.candidates[0].refused_because,
+            "gear_damping_quadratic makes the records likelier");
+  EXPECT_TRUE(found.diagnosis.candidates[1].accepted);
+  EXPECT_EQ(found.diagnosis.candidates[1].refused_because, "");
+  EXPECT_TRUE(found.now.fit.model.has_effect(kRight));
+  EXPECT_FALSE(found.now.fit.model.has_effect(kWrong));
+  EXPECT_NEAR(found.now.fit.model.parameter(kRight).value, 0.004, 0.001);
+  EXPECT_LT(found.now.estimation.all[kMiddle], error);
+}
+
+TEST(WeighNames, LeavesTheRightName) {
+  Found found(kRight, kWrong);
+  found.weigh();
+  EXPECT_EQ(found.diagnosis.effects[0].effect, kRight);
+  EXPECT_TRUE(found.diagnosis.effects[0].confused_with.empty());
+  EXPECT_TRUE(found.diagnosis.candidates[0].accepted);
+  EXPECT_FALSE(found.diagnosis.candidates[1].accepted);
+  EXPECT_TRUE(found.now.fit.model.has_effect(kRight));
+}
+
+TEST(RivalsToWeigh, AreNoneWhereTheLikelihoodHasWeighedThem) {
+  Refit chosen = refit_of(published_arm(), kRight, 0.001);
+  chosen.evidence.likelihood_gain = 20.0;
+  EXPECT_TRUE(rivals_to_weigh(chosen, {refit_of(published_arm(), kWrong, 0.01)}).empty());
+}
+
+}  // namespace
+}  // namespace armukf
