@@ -48,6 +48,19 @@ TEST(Identify, TakesSeveralRecordsAtOnce) {
     EXPECT_LT(both.parameters[k].white_sd, one.parameters[k].white_sd) << k;
 }
 
+/// A saved model goes on from another angle than that of the record that it was fitted to.
+TEST(Identify, FindsAnAngleWhereverItBegins) {
+  Model model = published_estimate();
+  model.add_effect("gravity");
+  model.parameter("gravity").value = 2.0;
+  Record record = simulate_experiment(model, {.torque_disturbance = 0.3}).record;
+  record.samples.erase(record.samples.begin(), record.samples.begin() + 6000);
+  IdentifySettings settings;
+  settings.initial = all_free(model);
+  settings.jackknife = false;
+  EXPECT_GT(identify(model, {record}, settings).fit_percent, 98.0);
+}
+
 TEST(Identify, LeavesOutMissingMeasurements) {
   Record record = experiment(4000, 0.05);
   for (std::size_t k = 0; k < record.samples.size(); k += 3) record.samples[k].y = std::nan("");

@@ -62,10 +62,13 @@ std::vector<FoundMinimum> search_all(const Model& model, const SearchTask& task,
   while (static_cast<int>(starts.size()) < settings.starts)
     starts.push_back(drawn(model, generator));
   std::vector<FoundMinimum> found(starts.size());
+  const StatesOfPieces x0 = settings.first_states.empty()
+                                ? phased_states(model, task.records, task.propagation)
+                                : settings.first_states;
   const auto search = settings.criterion == Criterion::kPrediction ? searched_for_predictions
                                                                    : searched_for_simulation;
   for_each_job(settings.threads, static_cast<int>(starts.size()),
-               [&](int k) { found[k] = search(starts[k], settings.first_states, task); });
+               [&](int k) { found[k] = search(starts[k], x0, task); });
   std::ranges::stable_sort(found, {}, &FoundMinimum::loss);
   return found;
 }

@@ -1,8 +1,12 @@
 #include "armukf/batch/initial_states.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
+#include "armukf/batch/cycles.hpp"
 #include "armukf/batch/output_error.hpp"
 #include "armukf/core/constants.hpp"
 
@@ -12,6 +16,59 @@ namespace {
 Model all_known(Model model) {
   for (Parameter& p : model.parameters) p.known = true;
   return model;
+}
+
+/// Sum of squared errors that is left when all free states but that one are fitted to the
+/// linearised error there; infinite where the record cannot be simulated.
+double promised(const OutputError::Evaluation& at, Eigen::Index kept) {
+  if (!at.valid) return kInfinite;
+  Eigen::MatrixXd others(at.J.rows(), at.J.cols() - 1);
+  others << at.J.leftCols(kept), at.J.rightCols(at.J.cols() - 1 - kept);
+  const Eigen::VectorXd slope = others.transpose() * at.r;
+  const Eigen::MatrixXd information = others.transpose() * others;
+  return at.r.squaredNorm() - slope.dot(information.completeOrthogonalDecomposition().solve(slope));
+}
+
+/// Places over a period where the error promises to be less than at both neighbours, the least
+/// first.
+std::vector<double> promising_places(const OutputError& error, std::vector<double> x0,
+                                     const Cycle& cycle, Eigen::Index kept) {
+  constexpr int kPlaces = 16;
+  const auto place = [&](int k) { return cycle.period * k / kPlaces; };
+  std::array<double, kPlaces> left{};
+  for (int k = 0; k < kPlaces; ++k) {
+    x0[cycle.state] = place(k);
+    left[k] = promised(error.evaluate(error.variables_of_model({x0}).start.data()), kept);
+  }
+  std::vector<int> minima;
+  for (int k = 0; k < kPlaces; ++k)
+    if (left[k] < left[(k + 1) % kPlaces] && left[k] <= left[(k + kPlaces - 1) % kPlaces])
+      minima.push_back(k);
+  std::ranges::sort(minima, {}, [&](int k) { return left[k]; });
+  std::vector<double> places(minima.size());
+  std::ranges::transform(minima, places.begin(), place);
+  return places;
+}
+
+/// Where to begin: a simulation has several minima over an angle or a phase, and the search from
+/// one place finds but one of them. Each in turn is put where the error promises to be least; and
+/// then once more where it is next to least.
+StatesOfPieces starts_over_cycles(const OutputError& error, const InitialChoice& choice,
+                                  const Model& model, std::vector<double> x0) {
+  std::vector<std::pair<int, double>> others;
+  for (const Cycle& cycle : cycles_of(model)) {
+    const auto at = std::ranges::find(choice.free, cycle.state);
+    if (at == choice.free.end()) continue;
+    const std::vector<double> places = promising_places(error, x0, cycle, at - choice.free.begin());
+    if (!places.empty()) x0[cycle.state] = places[0];
+    if (places.size() > 1) others.emplace_back(cycle.state, places[1]);
+  }
+  StatesOfPieces starts{x0};
+  for (const auto& [state, place] : others) {
+    starts.push_back(x0);
+    starts.back()[state] = place;
+  }
+  return starts;
 }
 
 }  // namespace
@@ -25,7 +82,12 @@ InitialStates fit_initial_states(const Model& model, const InitialChoice& choice
   const std::vector<Record> records{{"", samples}};
   const OutputError error(known, records, choice, propagation);
   if (choice.free.empty() || error.measured() < error.variables()) return initial;
-  const Minimum minimum = search(error, error.variables_of_model(), kInfinite, limits_for(error));
+  Minimum minimum;
+  minimum.cost = kInfinite;
+  for (const std::vector<double>& x0 : starts_over_cycles(error, choice, known, initial.x0)) {
+    Minimum found = search(error, error.variables_of_model({x0}), kInfinite, limits_for(error));
+    if (minimum.z.empty() || found.cost < minimum.cost) minimum = std::move(found);
+  }
   const OutputError::Evaluation at = error.evaluate(minimum.z.data());
   if (!at.valid) return initial;
   initial.x0 = error.initial_states_at(minimum.z.data(), 0);
@@ -34,6 +96,22 @@ InitialStates fit_initial_states(const Model& model, const InitialChoice& choice
   for (std::size_t j = 0; j < choice.free.size(); ++j)
     initial.sd[choice.free[j]] = std::sqrt(covariance(static_cast<int>(j), static_cast<int>(j)));
   return initial;
+}
+
+StatesOfPieces phased_states(const Model& model, const std::vector<Record>& pieces,
+                             const Propagation& propagation) {
+  if (cycles_of(model).empty()) return {};
+  const Model known = all_known(model);
+  const InitialChoice choice = all_free(model);
+  StatesOfPieces all;
+  for (const Record& piece : pieces) {
+    const std::vector<Record> records{piece};
+    const OutputError error(known, records, choice, propagation);
+    all.push_back(
+        starts_over_cycles(error, choice, known, initial_guess(model, choice, piece.samples))
+            .front());
+  }
+  return all;
 }
 
 SimulationFit compared(std::vector<double> y, const InitialStates& initial,

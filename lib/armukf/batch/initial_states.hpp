@@ -18,11 +18,17 @@ struct InitialStates {
   std::vector<double> sd;
 };
 
-/// Least-squares estimate of the free initial states, the parameters as given. Where the search
-/// fails, x0 is the initial guess.
+/// Least-squares estimate of the free initial states, the parameters as given. Angles and phases of
+/// effects (cycles_of), of which no record tells where they begin, are looked for over their whole
+/// period. Where the search fails, x0 is the initial guess.
 InitialStates fit_initial_states(const Model& model, const InitialChoice& choice,
                                  const std::vector<Sample>& samples,
                                  const Propagation& propagation);
+
+/// Where searches of pieces may begin: a first guess, angles and phases of effects where the errors
+/// promise to be least with the parameters as they are. Empty, a guess, for models without any.
+StatesOfPieces phased_states(const Model& model, const std::vector<Record>& pieces,
+                             const Propagation& propagation);
 
 /// How well a model simulates a record.
 struct SimulationFit {

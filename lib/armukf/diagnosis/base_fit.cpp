@@ -4,10 +4,11 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <numbers>
+#include <optional>
 #include <tuple>
 #include <utility>
 
+#include "armukf/batch/cycles.hpp"
 #include "armukf/batch/frequency_start.hpp"
 #include "armukf/batch/prediction.hpp"
 #include "armukf/core/error.hpp"
@@ -19,15 +20,10 @@ namespace armukf {
 namespace {
 
 constexpr int kIterations = 100;
+constexpr int kFromFrequencies = 0;    // among the starts of the base fit
 constexpr double kSameMinimum = 0.01;  // of the mean squared error
 constexpr double kSpreadSds = 3.0;     // deviations that a record of another day may be off
 constexpr double kLeastSpread = 0.01;  // relative
-
-InitialChoice all_from(const Model& model, const std::vector<double>& x0) {
-  InitialChoice choice = all_free(model);
-  for (std::size_t i = 0; i < x0.size(); ++i) choice.given[static_cast<int>(i)] = x0[i];
-  return choice;
-}
 
 /// Adds what a piece's fit left.
 void add_piece(const SimulationFit& fit, const Record& piece, ErrorSums& sums,
@@ -54,32 +50,10 @@ std::tuple<bool, bool, double> rank(const FittedModel& fit) {
   return {!std::isfinite(fit.mse), !plausible(fit), fit.mse};
 }
 
-double simulated_mse(const Model& model, const std::vector<double>& x0,
-                     const std::vector<Sample>& samples, const Propagation& propagation) {
-  const std::vector<double> y = simulate(model, x0, samples, propagation);
-  return compared(y, {x0, {}}, samples).mse;
-}
-
 SimulationFit placed_fit(const Model& model, const std::vector<Sample>& samples,
                          const Propagation& propagation) {
-  std::vector<double> x0 = fit_initial_states(model, all_free(model), samples, propagation).x0;
-  const auto cyclic = [](const Coordinate& state) { return is_cyclic(state.beginning); };
-  if (std::ranges::any_of(model.states, cyclic)) {
-    x0 = with_best_phases(model, x0, [&](const std::vector<double>& from) {
-      return simulated_mse(model, from, samples, propagation);
-    });
-    x0 = fit_initial_states(model, all_from(model, x0), samples, propagation).x0;
-  }
-  return simulation_fit(model, {x0, {}}, samples, propagation);
-}
-
-/// 1/rad, how often an effect repeats in a turn of one rad of its angle; 1 where it has no
-/// harmonic.
-double harmonic_of(const Model& model, const EffectSlot& slot) {
-  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (parameters[i].grid.periodic) return model.parameters[slot.first_parameter + i].value;
-  return 1.0;
+  const InitialStates initial = fit_initial_states(model, all_free(model), samples, propagation);
+  return simulation_fit(model, {initial.x0, {}}, samples, propagation);
 }
 
 }  // namespace
@@ -88,21 +62,17 @@ std::vector<double> with_best_phases(
     const Model& model, std::vector<double> x0,
     const std::function<double(const std::vector<double>&)>& error) {
   constexpr int kPhases = 16;  // of a period
-  for (const EffectSlot& slot : model.effects) {
-    for (int i = slot.first_state; i < slot.first_state + slot.state_count(); ++i) {
-      if (!is_cyclic(model.states[i].beginning)) continue;
-      const double harmonic = harmonic_of(model, slot);
-      double best = x0[i];
-      double least = kUnbounded;
-      for (int k = 0; k < kPhases; ++k) {
-        x0[i] = 2.0 * std::numbers::pi / harmonic * k / kPhases;
-        const double found = error(x0);
-        if (!(found < least)) continue;
-        least = found;
-        best = x0[i];
-      }
-      x0[i] = best;
+  for (const Cycle& cycle : cycles_of(model)) {
+    double best = x0[cycle.state];
+    double least = kUnbounded;
+    for (int k = 0; k < kPhases; ++k) {
+      x0[cycle.state] = cycle.period * k / kPhases;
+      const double found = error(x0);
+      if (!(found < least)) continue;
+      least = found;
+      best = x0[cycle.state];
     }
+    x0[cycle.state] = best;
   }
   return x0;
 }
@@ -199,11 +169,17 @@ BaseFit base_fit(const Model& model, const std::vector<Record>& pieces,
         return from_frequency_response(model, longest, propagation);
       },  // the longest job first
       [&] { return model; }, [&] { return softened(model); }};
-  std::array<FittedModel, starts.size()> fits;
-  for_each_job(threads, static_cast<int>(starts.size()),
-               [&](int i) { fits[i] = fitted(starts[i](), {}, pieces, propagation, kIterations); });
+  std::array<std::optional<FittedModel>, starts.size()> fits;
+  for_each_job(threads, static_cast<int>(starts.size()), [&](int i) {
+    try {
+      fits[i] = fitted(starts[i](), {}, pieces, propagation, kIterations);
+    } catch (const InputError&) {
+      if (i != kFromFrequencies) throw;  // a slow motion has no response to begin from
+    }
+  });
   BaseFit result;
-  for (FittedModel& fit : fits) result.add(std::move(fit));
+  for (std::optional<FittedModel>& fit : fits)
+    if (fit) result.add(std::move(*fit));
   if (!std::isfinite(result.best.mse))
     throw InputError(pieces.front().name, 0, "y", "cannot be simulated from any of the starts");
   return result;

@@ -23,6 +23,17 @@ bool explains_nearly_as_much(const Refit& refit, const Refit& chosen) {
          kNearlyAsGood * chosen.evidence.merit(chosen.shows_at);
 }
 
+/// Why another name counts instead.
+std::string likelier_than(const Refit& rival) {
+  return fmt::format("{} makes the records likelier", rival.trial.effect);
+}
+
+/// A refit and its copy.
+bool is_same(const Refit& one, const Refit& other) {
+  return one.trial.effect == other.trial.effect && one.evidence.p_value == other.evidence.p_value &&
+         one.explained.fit.density == other.explained.fit.density;
+}
+
 /// Another name for an effect that was found.
 void rename(const Refit& rival, FoundEffect& found, std::vector<Candidate>& candidates) {
   const auto was = std::ranges::find_if(
@@ -32,7 +43,7 @@ void rename(const Refit& rival, FoundEffect& found, std::vector<Candidate>& cand
            c.p_value == rival.evidence.p_value;
   });
   was->accepted = false;
-  was->refused_because = fmt::format("{} makes the records likelier", rival.trial.effect);
+  was->refused_because = likelier_than(rival);
   is->accepted = true;
   is->refused_because.clear();
   found.effect = rival.trial.effect;
@@ -40,15 +51,22 @@ void rename(const Refit& rival, FoundEffect& found, std::vector<Candidate>& cand
 }
 
 /// Families, other than that of the chosen name, with which the records are nearly as likely; the
-/// likeliest first. names: each with its log-likelihood.
-std::vector<std::string> nearly_as_likely(const std::string& chosen,
-                                          std::vector<std::pair<double, std::string>> names) {
+/// likeliest first. found: the name that the steads are compared with.
+std::vector<std::string> nearly_as_likely(const std::string& chosen, const std::string& found,
+                                          const std::vector<Stead>& steads) {
+  std::vector<std::pair<double, std::string>> names{{0.0, found}};
+  for (const Stead& stead : steads) names.emplace_back(stead.gain, stead.rival->trial.effect);
   std::ranges::stable_sort(names, std::greater{}, [](const auto& name) { return name.first; });
   std::vector<std::string> families;
   for (const auto& [gain, name] : names)
     if (gain > names.front().first - kNearlyAsLikely && name != chosen)
       families.push_back(family_of(name));
   return families;
+}
+
+/// Whether the likelihood decides for another name.
+bool is_likelier(const Stead& stead) {
+  return stead.gain > kNearlyAsLikely && likelihood_tells(stead.rival->trial);
 }
 
 /// The model with a rival in the stead of an effect, fitted as the round fitted that. rest: the
@@ -101,6 +119,28 @@ std::vector<Refit> rivals_to_weigh(const Refit& chosen, const std::vector<Refit>
   return rivals;
 }
 
+Named named(const Refit& chosen, std::vector<Refit>& refits, const Model& before, const Held& held,
+            const TraceRecords& records, const AcceptanceSettings& settings) {
+  const std::vector<Refit> others = rivals_to_weigh(chosen, refits);
+  if (others.empty()) return {&chosen, rivals(chosen, refits), others, false};
+  Explained with = chosen.explained;
+  with.fit.model = set_free(with.fit.model, held);
+  NoiseCheck noise(with, records);
+  const std::vector<Stead> steads = noise.instead(set_free(before, held), others, settings);
+  if (steads.empty()) return {&chosen, rivals(chosen, refits), others, false};
+  const Refit* best = &chosen;
+  const Stead& likeliest = steads.front();
+  if (is_likelier(likeliest) && likeliest.rival->refusal.empty() &&
+      as_well(likeliest.rival->explained, chosen.explained, kNear, !records.validation.empty(),
+              settings.most_harm)) {
+    best = &*std::ranges::find_if(refits,
+                                  [&](const Refit& r) { return is_same(r, *likeliest.rival); });
+    refits[&chosen - refits.data()].refusal = likelier_than(*best);
+  }
+  return {best, nearly_as_likely(best->trial.effect, chosen.trial.effect, steads),
+          rivals_to_weigh(*best, refits), true};
+}
+
 void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& records,
                  const AcceptanceSettings& settings, Diagnosis& diagnosis, Explained& now,
                  Held& held) {
@@ -118,10 +158,9 @@ void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& re
     if (others.empty()) continue;
     const std::vector<Stead> steads = noise->instead(rest, others, settings);
     if (steads.empty()) return;
-    std::vector<std::pair<double, std::string>> names{{0.0, found.effect}};
-    for (const Stead& stead : steads) names.emplace_back(stead.gain, stead.rival->trial.effect);
+    const std::string name = found.effect;
     const Stead& likeliest = steads.front();
-    if (likeliest.gain > kNearlyAsLikely && likelihood_tells(likeliest.rival->trial)) {
+    if (is_likelier(likeliest)) {
       Held held_then = held;
       Explained then = replaced(rest, likeliest, held_then, records);
       if (as_well(then, now, kNear, !records.validation.empty(), settings.most_harm)) {
@@ -131,7 +170,7 @@ void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& re
         noise.reset();
       }
     }
-    found.confused_with = nearly_as_likely(found.effect, std::move(names));
+    found.confused_with = nearly_as_likely(found.effect, name, steads);
   }
 }
 

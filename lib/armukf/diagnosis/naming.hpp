@@ -26,6 +26,21 @@ using Rivals = std::map<std::string, std::vector<Refit>>;
 /// Of a round: what explains at least a third as much as the chosen one. A learnt law is no name.
 std::vector<Refit> rivals_to_weigh(const Refit& chosen, const std::vector<Refit>& refits);
 
+/// What a round has chosen, by the name that is likeliest.
+struct Named {
+  const Refit* refit;  // of those of the round
+  std::vector<std::string> confused_with;
+  std::vector<Refit> rivals;  // to be weighed beside it
+  bool weighed;               // the likelihood has judged
+};
+
+/// Of what a round has found and of its rivals the one that makes the records likelier, where that
+/// can be told (NoiseCheck::instead) and predictions are no worse by it: how much a prediction
+/// gains at the shortest horizon where an effect shows says little of the longer ones. before: the
+/// model of the round. The one that is displaced counts as refused.
+Named named(const Refit& chosen, std::vector<Refit>& refits, const Model& before, const Held& held,
+            const TraceRecords& records, const AcceptanceSettings& settings);
+
 /// Of each effect another name if the records are likelier with it, and those that are nearly as
 /// likely, where that can be told (NoiseCheck::instead). base: the model without any; now: with all
 /// that were found.

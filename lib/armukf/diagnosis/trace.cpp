@@ -352,13 +352,19 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   const Model base = now.fit.model;
   Held held;
   Rivals to_weigh;
+  bool all_weighed = false;  // each with all others there
   for (int round = 1; round <= settings.most_effects; ++round) {
     say(fmt::format("round {}", round), static_cast<double>(round) / (settings.most_effects + 2));
-    const Contest found =
+    Contest found =
         looked_for({suggested_by(simulated.estimation, records.estimation, records.propagation),
                     held, records, settings.acceptance},
                    bases, now);
     const Refit* chosen = best_found(found.refits);
+    Named name{};
+    if (chosen != nullptr) {
+      name = named(*chosen, found.refits, now.fit.model, held, records, settings.acceptance);
+      chosen = name.refit;
+    }
     note(found, chosen, round, diagnosis.candidates);
     if (chosen == nullptr) break;
     ForesightFit fit = chosen->explained.fit;
@@ -371,13 +377,14 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
     const std::string& effect = chosen->trial.effect;
     diagnosis.effects.push_back({effect, chosen->evidence.p_value,
                                  100.0 * (1.0 - simulated.validation.mse / before),
-                                 rivals(*chosen, found.refits)});
-    to_weigh[effect] = rivals_to_weigh(*chosen, found.refits);
+                                 name.confused_with});
+    all_weighed = name.weighed && diagnosis.effects.size() == 1;
+    to_weigh[effect] = name.rivals;
   }
   say("removal", 0.9);
   remove_idle(base, first.all, diagnosis, now, records);
   say("names", 0.93);
-  weigh_names(base, to_weigh, records, settings.acceptance, diagnosis, now, held);
+  if (!all_weighed) weigh_names(base, to_weigh, records, settings.acceptance, diagnosis, now, held);
   if (!diagnosis.effects.empty()) {
     simulated.estimation = finished(now, held, records);
     simulated.validation = judged(simulated.estimation, records);

@@ -1,0 +1,38 @@
+#include "armukf/diagnosis/base_fit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "armukf/batch/frequency_start.hpp"
+#include "armukf/core/error.hpp"
+
+namespace armukf {
+namespace {
+
+/// Driven by three slow sines, of which no frequency response can be made.
+Record slow_record(const Model& model) {
+  Record record{"slow.csv", {}};
+  for (int k = 0; k < 2400; ++k) {
+    const double t = k * 5e-4;
+    const auto sine = [&](double hertz) { return std::sin(2.0 * std::numbers::pi * hertz * t); };
+    record.samples.push_back({t, 6.0 * sine(0.7) + 4.0 * sine(1.9) + 3.0 * sine(3.1), 0.0});
+  }
+  const std::vector<double> y =
+      simulate(model, std::vector<double>(model.states.size(), 0.0), record.samples, {});
+  for (std::size_t k = 0; k < y.size(); ++k) record.samples[k].y = y[k];
+  return record;
+}
+
+TEST(BaseFit, NeedsNoFrequencyResponse) {
+  const Record record = slow_record(published_estimate());
+  EXPECT_THROW(from_frequency_response(published_arm(), record, {}), InputError);
+  const BaseFit fit = base_fit(published_arm(), {record}, {}, 1);
+  EXPECT_EQ(fit.mse.size(), 2U);
+  EXPECT_LT(fit.best.mse, 1e-6);
+}
+
+}  // namespace
+}  // namespace armukf
