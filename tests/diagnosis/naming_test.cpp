@@ -84,6 +84,51 @@ TEST(WeighNames, LeavesTheRightName) {
   EXPECT_TRUE(found.now.fit.model.has_effect(kRight));
 }
 
+/// Both effects as a round judges them on top of the plain model; the wrong one is said to be best.
+struct Round {
+  Round() : records(records_of_damping()) {
+    now = explained(published_arm(), {}, records, kForesightDensity);
+    for (const char* effect : {kWrong, kRight}) {
+      const std::vector<Trial> trials = trials_of(effect, now.fit.model, {});
+      refits.push_back(
+          refitted(trials[0], trials[0].model, now.fit.x0, now, looks_of(trials), records, {}));
+      refits.back().refusal.clear();
+      refits.back().shows_at = kMiddle;
+    }
+  }
+
+  Named named(std::size_t chosen) {
+    return armukf::named(refits[chosen], refits, now.fit.model, {}, records, {});
+  }
+
+  TraceRecords records;
+  Explained now;
+  std::vector<Refit> refits;
+};
+
+TEST(Named, IsWhatMakesTheRecordsLikelier) {
+  Round round;
+  const Named right = round.named(0);
+  EXPECT_TRUE(right.weighed);
+  ASSERT_EQ(right.refit, &round.refits[1]);
+  EXPECT_TRUE(right.confused_with.empty());
+  EXPECT_EQ(round.refits[0].refusal, "gear_damping_quadratic makes the records likelier");
+  EXPECT_EQ(round.refits[1].refusal, "");
+}
+
+TEST(Named, IsNotWhatDoesNotCountByItself) {
+  Round round;
+  round.refits[1].refusal = "its size may be chance";
+  EXPECT_EQ(round.named(0).refit, &round.refits[0]);
+}
+
+TEST(Named, StaysWhereItIsRight) {
+  Round round;
+  const Named right = round.named(1);
+  EXPECT_EQ(right.refit, &round.refits[1]);
+  EXPECT_EQ(round.refits[1].refusal, "");
+}
+
 TEST(RivalsToWeigh, AreNoneWhereTheLikelihoodHasWeighedThem) {
   Refit chosen = refit_of(published_arm(), kRight, 0.001);
   chosen.evidence.likelihood_gain = 20.0;
