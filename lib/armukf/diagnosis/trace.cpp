@@ -257,7 +257,9 @@ struct Round {
 /// Goes on only while nothing counts as found, or what does shows late. bases: what it is tried on
 /// top of; now: the model as it stands, and a better minimum of it where one was come upon.
 Contest looked_for(const Round& round, const std::vector<ForesightFit>& bases, Explained& now) {
-  const auto& [suggested, held, records, settings] = round;
+  const Suggested& suggested = round.suggested;
+  const TraceRecords& records = round.records;
+  const AcceptanceSettings& settings = round.settings;
   const std::vector<Trial> names = trials_for(now.fit.model, suggested);
   Looks looks = looks_of(names);
   Contest found = contest(now, bases, names, looks, records, settings);
@@ -266,7 +268,7 @@ Contest looked_for(const Round& round, const std::vector<ForesightFit>& bases, E
   const Refit* first = best();
   if (first != nullptr && first->shows_at <= kMiddle) return found;
 
-  Explained slow = fitted_together(now, held, records, kSlowDensity);
+  Explained slow = fitted_together(now, round.held, records, kSlowDensity);
   const auto add_slow = [&](const std::vector<ForesightFit>& on, const std::vector<Trial>& trials) {
     add(contest(slow, on, trials, looks, records, settings), found);
   };
