@@ -419,5 +419,23 @@ TEST(Tally, CountsWhatBecameOfEachSample) {
   EXPECT_EQ(tally.innovations().count(), 98u);
 }
 
+/// Sigma points over a whole turn would tell nothing of an angle, and lead all parameters astray.
+TEST(Session, FindsAnAngleWhereverItBegins) {
+  Model model = published_estimate();
+  model.add_effect("gravity");
+  model.parameter("gravity").value = 2.0;
+  const std::vector<Sample> samples =
+      simulate_experiment(model, {.sensor_noise = 0.1, .torque_disturbance = 0.1}).record.samples;
+  for (const std::ptrdiff_t first : {1500, 3000, 4500}) {
+    Session session(model, {});
+    for (auto sample = samples.begin() + first; sample != samples.end(); ++sample)
+      session.step(*sample);
+    const Model found = session.model();
+    EXPECT_NEAR(found.parameter("gravity").value, 2.0, 0.05) << "from sample " << first;
+    EXPECT_NEAR(found.parameter("k_a").value, model.parameter("k_a").value, 0.5)
+        << "from sample " << first;
+  }
+}
+
 }  // namespace
 }  // namespace armukf

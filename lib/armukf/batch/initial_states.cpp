@@ -6,9 +6,9 @@
 #include <cmath>
 #include <utility>
 
-#include "armukf/batch/cycles.hpp"
 #include "armukf/batch/output_error.hpp"
 #include "armukf/core/constants.hpp"
+#include "armukf/model/cycles.hpp"
 
 namespace armukf {
 namespace {

@@ -8,12 +8,12 @@
 #include <tuple>
 #include <utility>
 
-#include "armukf/batch/cycles.hpp"
 #include "armukf/batch/frequency_start.hpp"
 #include "armukf/batch/prediction.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/core/parallel.hpp"
 #include "armukf/core/statistics.hpp"
+#include "armukf/model/cycles.hpp"
 #include "armukf/model/plant.hpp"
 
 namespace armukf {

@@ -120,6 +120,10 @@ bool Model::has_effect(std::string_view name) const {
   });
 }
 
+/// Prior deviation of how often an effect repeats, relative: after some turns what is further off
+/// is another effect, and sigma points that are further apart than a turn tell nothing of it.
+constexpr double kHarmonicSpread = 0.02;
+
 void Model::add_effect(std::string_view name) {
   if (has_effect(name)) return;
   const EffectName wanted = parse_effect_name(name);
@@ -139,7 +143,8 @@ void Model::add_effect(std::string_view name) {
                           .lower = p.lower,
                           .upper = p.upper,
                           .scale = p.scale,
-                          .known = p.known});
+                          .known = p.known,
+                          .spread = p.grid.periodic ? kHarmonicSpread : Parameter{}.spread});
   for (const std::string_view freed : freed_by(effect)) parameter(freed).known = false;
   if (states.size() > kMaxStates || parameters.size() > kMaxParameters)
     throw InputError(

@@ -17,6 +17,7 @@
 #include "armukf/model/plant.hpp"
 #include "armukf/ode/propagate.hpp"
 #include "armukf/online/noise_watch.hpp"
+#include "armukf/online/race.hpp"
 #include "armukf/online/settings.hpp"
 
 namespace armukf {
@@ -163,8 +164,12 @@ class Engine {
     }
   }
 
+  /// Where angles and phases begin with the first sample.
+  void begin_at(const std::vector<Place>& places) { places_ = places; }
+
   /// Believes the springs at rest and all masses at the speed y (rad/s), with the prior spread; at
-  /// any speed where y is NaN.
+  /// any speed where y is NaN. Angles and phases are where they begin the first time, and later
+  /// anywhere.
   void believe_rest(double y) {
     const bool measured = !std::isnan(y);
     for (int i = 0; i < own_states(); ++i) {
@@ -172,6 +177,11 @@ class Engine {
       filter_.mean()[i] = state.beginning == Beginning::kSpeed && measured ? y : 0.0;
       filter_.forget(i, i == kMeasuredState ? measured_sd(measured) : prior_sd(state));
     }
+    for (const Place& place : places_) {
+      filter_.mean()[place.state] = place.value;
+      filter_.forget(place.state, place.sd);
+    }
+    places_.clear();
     if (coloured_) {
       believe_noise(torque_row(), torque_noise());
       believe_noise(sensor_row(), noise_.sensor);
@@ -564,7 +574,8 @@ class Engine {
   double kick_ = 0.0;      // (rad/s)/(N.m), what a torque adds to the driven mass's speed in a step
   double usual_dt_ = 0.0;  // s
   int steps_since_update_ = 0;
-  double opening_ = 0.0;          // (rad/s)^2, variance
+  double opening_ = 0.0;  // (rad/s)^2, variance
+  std::vector<Place> places_;
   double believed_spread_ = 1.0;  // of the parameters' prior, with which they began last
   ScoreSpread<Shape::kSize> scores_;
   // What each coordinate's deviation is multiplied by; 1 where the noise is known.

@@ -65,11 +65,13 @@ double log_likelihood(const AnyRunner& runner) {
 }
 
 /// A second look at the samples of the beginning, from what a first one has found.
-void look_again(AnyRunner& runner, std::span<const Sample> samples) {
+void look_again(AnyRunner& runner, const std::vector<Place>& places,
+                std::span<const Sample> samples) {
   std::visit(
       [&]<class Filter>(Runner<Filter>& first) {
         Runner<Filter> again = first.anew();
         again.engine().look_again(first.engine());
+        again.engine().begin_at(places);
         for (const Sample& sample : samples) again.step(sample);
         first = again;
       },
@@ -137,7 +139,7 @@ struct Session::State {
   FreeCoordinates coordinates;
   EstimatorSettings settings;
   std::vector<AnyRunner> runners;
-  std::size_t winner = 0;           // of the race, as a position in its starts
+  std::size_t winner = 0;           // of the race, a position in starts_of
   std::optional<double> last_time;  // s, session's, of the last sample that was taken
   double last_interval = 0.0;       // s
   double clock_offset = 0.0;        // s, from the samples' clock to the session's, which goes on
@@ -167,11 +169,12 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
   if (s.adaptation.least > s.adaptation.most)
     throw InputError(fmt::format("adaptation: least, {}, is above most, {}", s.adaptation.least,
                                  s.adaptation.most));
-  for (const auto& factors : settings.race.starts) {
+  for (const Start& start : starts_of(model, settings.race)) {
     runners.push_back(make_runner(model, coordinates, settings));
     std::visit(
         [&](auto& r) {
-          r.engine().believe_parameters(start_values(model, factors));
+          r.engine().believe_parameters(start.values);
+          r.engine().begin_at(start.places);
           if (settings.belief) r.engine().believe(*settings.belief);
         },
         runners.back());
@@ -210,7 +213,7 @@ void Session::State::end_race() {
 void Session::State::look_back() {
   if (beginning.empty()) return;
   if (!std::visit([](const auto& r) { return r.engine().has_learnt(); }, runners.front())) return;
-  look_again(runners.front(), beginning);
+  look_again(runners.front(), starts_of(model, settings.race)[winner].places, beginning);
   beginning.clear();
   keeps_beginning = false;
 }
@@ -344,6 +347,8 @@ void Session::State::archive(Archive& archive) {
   const std::size_t size = values.size();
   archive(winner, last_time, last_interval, clock_offset, new_clock, last_torque, values,
           deviations);
+  if (winner >= starts_of(model, settings.race).size())
+    throw InputError(fmt::format("has start {} as winner, which there is not", winner));
   if (values.size() != size || deviations.size() != size)
     throw InputError("has another number of states and unknowns");
   for (Parameter& p : model.parameters)

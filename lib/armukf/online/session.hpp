@@ -67,7 +67,8 @@ class Session {
   /// is then as it was.
   void load(std::string_view bytes);
 
-  /// Whether the race of the starts is over, and which of them goes on then.
+  /// Whether the race of the starts is over, and which of them (starts_of, in race.hpp) goes on
+  /// then.
   bool decided() const;
   std::size_t start() const;
 

@@ -98,14 +98,15 @@ class Smoother {
   using Shape = typename Filter::Shape;
 
   Smoother(const Model& model, const FreeCoordinates& coordinates,
-           const EstimatorSettings& settings, Filter filter, std::span<const Sample> samples,
-           const SmoothingProgress& progress)
+           const EstimatorSettings& settings, const Start& start, Filter filter,
+           std::span<const Sample> samples, const SmoothingProgress& progress)
       : coordinates_(coordinates),
         runner_(Engine(model, coordinates, settings, filter), settings.gate),
         history_(filter.shape(), samples.size()),
         samples_(samples),
         progress_(progress) {
-    runner_.engine().believe_parameters(start_values(model, settings.race.starts.front()));
+    runner_.engine().believe_parameters(start.values);
+    runner_.engine().begin_at(start.places);
   }
 
   SmoothedRecord run() {
@@ -194,9 +195,8 @@ SmoothedRecord smooth(Model model, const EstimatorSettings& settings,
         settings.spread, [&](auto filter) {
           for (int pass = 1; pass < passes; ++pass) model = estimated(model, settings, samples);
           const FreeCoordinates coordinates(model);
-          EstimatorSettings alone = settings;
-          alone.race.starts = {settings.race.starts[winner(model, settings, samples)]};
-          return Smoother(model, coordinates, alone, filter, samples, progress).run();
+          const Start start = starts_of(model, settings.race)[winner(model, settings, samples)];
+          return Smoother(model, coordinates, settings, start, filter, samples, progress).run();
         });
   });
 }

@@ -1,4 +1,4 @@
-#include "armukf/batch/cycles.hpp"
+#include "armukf/model/cycles.hpp"
 
 #include <cstddef>
 #include <numbers>
