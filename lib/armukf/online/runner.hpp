@@ -77,6 +77,7 @@ class Runner {
     archive(engine_, is_gap_, last_, first_time_, in_gaps_s_, now_.t, now_.watched, log_likelihood_,
             rejected_in_a_row_, passage_);
     rejected_in_a_row_ = std::clamp(rejected_in_a_row_, 0, gate_.patience);
+    if (last_) engine_.begin_at({});  // it has begun
   }
 
  private:
