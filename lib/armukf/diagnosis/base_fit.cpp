@@ -20,7 +20,6 @@ namespace armukf {
 namespace {
 
 constexpr int kIterations = 100;
-constexpr int kFromFrequencies = 0;    // among the starts of the base fit
 constexpr double kSameMinimum = 0.01;  // of the mean squared error
 constexpr double kSpreadSds = 3.0;     // deviations that a record of another day may be off
 constexpr double kLeastSpread = 0.01;  // relative
@@ -164,18 +163,20 @@ BaseFit base_fit(const Model& model, const std::vector<Record>& pieces,
                  const Propagation& propagation, int threads) {
   const Record& longest =
       *std::ranges::max_element(pieces, {}, [](const Record& r) { return r.samples.size(); });
-  const std::array<std::function<Model()>, 3> starts{
-      [&] {
-        return from_frequency_response(model, longest, propagation);
-      },  // the longest job first
+  const auto from_response = [&]() -> std::optional<Model> {
+    try {
+      return from_frequency_response(model, longest, propagation);
+    } catch (const InputError&) {
+      return {};  // a slow motion has none to begin from
+    }
+  };
+  const std::array<std::function<std::optional<Model>()>, 3> starts{
+      from_response,  // the longest job first
       [&] { return model; }, [&] { return softened(model); }};
   std::array<std::optional<FittedModel>, starts.size()> fits;
   for_each_job(threads, static_cast<int>(starts.size()), [&](int i) {
-    try {
-      fits[i] = fitted(starts[i](), {}, pieces, propagation, kIterations);
-    } catch (const InputError&) {
-      if (i != kFromFrequencies) throw;  // a slow motion has no response to begin from
-    }
+    if (const std::optional<Model> start = starts[i]())
+      fits[i] = fitted(*start, {}, pieces, propagation, kIterations);
   });
   BaseFit result;
   for (std::optional<FittedModel>& fit : fits)

@@ -13,6 +13,10 @@
 namespace armukf {
 namespace {
 
+/// Prior deviation of how often an effect repeats, relative: after some turns what is further off
+/// is another effect, and sigma points that are further apart than a turn tell nothing of it.
+constexpr double kHarmonicSpread = 0.02;
+
 std::vector<Coordinate> arm_states() {
   return {{"twist_gear", "rad", Motive::kTwist, Beginning::kZero},
           {"twist_arm", "rad", Motive::kTwist, Beginning::kZero},
@@ -119,10 +123,6 @@ bool Model::has_effect(std::string_view name) const {
     return slot.effect.index() == sought.index() && slot.number == wanted.number;
   });
 }
-
-/// Prior deviation of how often an effect repeats, relative: after some turns what is further off
-/// is another effect, and sigma points that are further apart than a turn tell nothing of it.
-constexpr double kHarmonicSpread = 0.02;
 
 void Model::add_effect(std::string_view name) {
   if (has_effect(name)) return;

@@ -42,9 +42,10 @@ std::vector<double> start_values(const Model& model, const std::map<std::string,
 }
 
 std::vector<Start> starts_of(const Model& model, const Race& race) {
+  const std::vector<std::vector<Place>> everywhere = places_of(model);
   std::vector<Start> starts;
   for (const StartFactors& factors : race.starts)
-    for (const std::vector<Place>& places : places_of(model))
+    for (const std::vector<Place>& places : everywhere)
       starts.push_back({start_values(model, factors), places});
   return starts;
 }

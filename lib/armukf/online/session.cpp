@@ -347,8 +347,9 @@ void Session::State::archive(Archive& archive) {
   const std::size_t size = values.size();
   archive(winner, last_time, last_interval, clock_offset, new_clock, last_torque, values,
           deviations);
-  if (winner >= starts_of(model, settings.race).size())
-    throw InputError(fmt::format("has start {} as winner, which there is not", winner));
+  if constexpr (Archive::kLoads)
+    if (winner >= starts_of(model, settings.race).size())
+      throw InputError(fmt::format("has start {} as winner, which there is not", winner));
   if (values.size() != size || deviations.size() != size)
     throw InputError("has another number of states and unknowns");
   for (Parameter& p : model.parameters)
