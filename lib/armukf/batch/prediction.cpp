@@ -90,7 +90,7 @@ class Step {
       dynamics_.derivative(t, u, state.data(), rate.data());
     };
     propagate(setting_.propagation, f, x, last.t - setting_.samples[0].t,
-              setting_.samples[k].t - last.t);
+              setting_.samples[k].t - last.t, rows_in_use<State>(setting_.model));
   }
 
   /// rad/s, what the sensor shows of these states at sample k.

@@ -61,6 +61,7 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
                          const std::vector<Sample>& samples, const Propagation& propagation,
                          Input input, Visit visit, Angles angles, const Gains& gains) {
   const Dynamics<T> dynamics(model, p.data());
+  const auto rows = rows_in_use<std::array<T, States>>(model);
   const auto measured = [&](std::size_t k) {
     T y = x[kMeasuredState];
     if constexpr (States > kArmStates)
@@ -72,10 +73,14 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
     if (k > 0) {
       const Sample& last = samples[k - 1];
       const auto f = [&, u = input(k - 1)](const auto& state, auto& rate, double t) {
-        dynamics.derivative(t, u, state.data(), rate.data());
+        if constexpr (States > kArmStates) {
+          dynamics.derivative(t, u, state.data(), rate.data());
+        } else {
+          dynamics.arm_derivative(u, state.data(), rate.data());
+        }
       };
       const std::array<T, States> before = x;
-      propagate(propagation, f, x, last.t - samples[0].t, samples[k].t - last.t);
+      propagate(propagation, f, x, last.t - samples[0].t, samples[k].t - last.t, rows);
       if constexpr (States > kArmStates)
         if (angles == Angles::kMeasured) follow_motor(model, before, turn_before(samples, k), x);
     }

@@ -42,6 +42,7 @@ class Symbol {
   const void* identity() const { return node_.get(); }
 
   Symbol& operator+=(const Symbol& other) { return *this = *this + other; }
+  Symbol& operator-=(const Symbol& other) { return *this = *this - other; }
 
   friend Symbol operator-(const Symbol& a);
   friend Symbol operator+(const Symbol& a, const Symbol& b);

@@ -36,7 +36,7 @@ EffectName parse_effect_name(std::string_view name) {
 }
 
 CataloguedEffect find_effect(std::string_view name) {
-  if (name == kFlexibleMode) return effects::FlexibleMode<effects::Site::kArm>{};
+  if (name == kFlexibleMode) return effects::FlexibleMode<kArm>{};
   std::optional<CataloguedEffect> found;
   for_each_effect(CataloguedEffect{}, [&]<class E>(E effect) {
     if (E::name == name) found = effect;

@@ -46,11 +46,11 @@ using CataloguedEffect = std::variant<
     effects::GearFriction, effects::ArmFriction, effects::LoadDependentFriction,
     effects::ThermalFriction, effects::PreslidingFriction, effects::Backlash,
     effects::GearHysteresis, effects::GearDampingQuadratic, effects::ArmStiffnessCubic,
-    effects::FlexibleMode<effects::Site::kArm>, effects::FlexibleMode<effects::Site::kGear>,
-    effects::FlexibleMode<effects::Site::kMotor>, effects::Gravity, effects::PayloadChange,
-    effects::SensorLag, effects::SpeedRipple, effects::ExternalTorque, effects::FrictionChange,
-    effects::FrictionRipple, effects::ArmBacklash, effects::SensorCoupling, effects::FrictionCurve,
-    effects::GearSpringCurve, effects::ArmSpringCurve, effects::TorqueCurve, effects::AngleCurve>;
+    effects::FlexibleMode<kArm>, effects::FlexibleMode<kGear>, effects::FlexibleMode<kMotor>,
+    effects::Gravity, effects::PayloadChange, effects::SensorLag, effects::SpeedRipple,
+    effects::ExternalTorque, effects::FrictionChange, effects::FrictionRipple, effects::ArmBacklash,
+    effects::SensorCoupling, effects::FrictionCurve, effects::GearSpringCurve,
+    effects::ArmSpringCurve, effects::TorqueCurve, effects::AngleCurve>;
 
 /// An effect as the user names it: `torque_ripple`, or `torque_ripple:2` for the second of its
 /// kind.

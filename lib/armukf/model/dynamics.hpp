@@ -2,6 +2,8 @@
 
 #include <array>
 #include <memory>
+#include <tuple>
+#include <utility>
 
 #include "armukf/core/dual.hpp"
 #include "armukf/core/lanes.hpp"
@@ -13,6 +15,17 @@ namespace armukf {
 /// A row per state (or parameter), each of numbers T.
 template <class T, int N>
 using Rows = std::array<T, N>;
+
+/// The rows that a model uses of a state that may have room for more: known while compiling where
+/// there is room for the arm alone.
+template <class State>
+auto rows_in_use(const Model& model) {
+  if constexpr (std::tuple_size_v<State> == kArmStates) {
+    return std::integral_constant<int, kArmStates>();
+  } else {
+    return static_cast<int>(model.states.size());
+  }
+}
 
 /// dx/dt of a whole model, arm and effects, with all that does not change during a step worked out
 /// once. T is double (runs it), Dual (differentiates it) or Pack (several points at once).
@@ -27,8 +40,13 @@ class Dynamics {
 
   /// t in s since the first sample; u in N.m; x and dx hold a value per state of the model.
   void derivative(const Time<T>& t, const T& u, const T* x, T* dx) const {
+    arm_derivative(u, x, dx);
+    if (!effects_->empty()) add_effects(t, u, x, dx);
+  }
+
+  /// The same of the arm alone.
+  void arm_derivative(const T& u, const T* x, T* dx) const {
     armukf::derivative(coefficients_, x, u, dx);
-    if (!effects_->empty()) add_contribution(coefficients_, contributions(t, u, x, dx), dx);
   }
 
   /// rad/s, what the sensor shows of the motor's speed.
@@ -47,21 +65,22 @@ class Dynamics {
   }
 
  private:
-  /// Sum of what the effects do to the masses; writes the rates of their states into dx.
-  Contribution<T> contributions(const Time<T>& t, const T& u, const T* x, T* dx) const {
+  /// What the effects do to the masses, into dx; and the rates of their states. Not inlined: it
+  /// would push the arm's numbers out of the registers.
+  [[gnu::noinline]] void add_effects(const Time<T>& t, const T& u, const T* x, T* dx) const {
     const Motion<T> motion{since_first_sample(t), u, x, coefficients_};
-    Contribution<T> sum;
+    Loads<T> loads(coefficients_, dx);
     for (const EffectSlot& slot : *effects_) {
       std::visit(
           [&]<class E>(const E&) {
             const T* own = x + slot.first_state;
             const T* p = parameters_ + slot.first_parameter;
-            if constexpr (ActsOnMasses<E>) sum += E::contribute(motion, own, p);
+            if constexpr (ActsOnMasses<E>) E::contribute(motion, own, p).act(loads);
             if constexpr (!E::states.empty()) E::rates(motion, own, p, dx + slot.first_state);
           },
           slot.effect);
     }
-    return sum;
+    loads.share_out();
   }
 
   const std::vector<EffectSlot>* effects_ = nullptr;
@@ -97,7 +116,7 @@ template <int L, int N>
 class System<Lanes<L>, N> {
  public:
   System(const Model& model, const FreeCoordinates& coordinates, const Lanes<L>* z, double u)
-      : u_(broadcast(u)) {
+      : u_(broadcast(u)), rows_(rows_in_use<Rows<Pack, N>>(model)) {
     std::array<Lanes<L>, kMaxParameters> physical;
     coordinates.to_physical(z, physical.data());
     const int count = static_cast<int>(model.parameters.size());
@@ -112,15 +131,17 @@ class System<Lanes<L>, N> {
     for (int k = 0; k < kPacks; ++k) {
       std::array<Pack, N> point;
       std::array<Pack, N> rate;
-      for (int i = 0; i < N; ++i) point[i] = x[i].packs[k];
+
+      for (int i = 0; i < rows_; ++i) point[i] = x[i].packs[k];
       dynamics_[k].derivative(t, u_, point.data(), rate.data());
-      for (int i = 0; i < N; ++i) dx[i].packs[k] = rate[i];
+      for (int i = 0; i < rows_; ++i) dx[i].packs[k] = rate[i];
     }
   }
 
  private:
   static constexpr int kPacks = Lanes<L>::kPacks;
   Pack u_;
+  [[no_unique_address]] decltype(rows_in_use<Rows<Pack, N>>(std::declval<Model>())) rows_;
   std::array<std::array<Pack, kMaxParameters>, kPacks> parameters_;
   std::array<Dynamics<Pack>, kPacks> dynamics_;
 };

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <string_view>
 
 #include "armukf/core/parameter.hpp"
 #include "armukf/model/arm.hpp"
+#include "armukf/model/plant.hpp"
 
 namespace armukf {
 
@@ -37,36 +39,97 @@ struct Motion {
   T gear_rate() const { return x[kSpeedMotor] - x[kSpeedGear]; }  // rad/s, of twist_gear
 };
 
-/// What an effect does to the masses: torques (N.m) that it adds, positive accelerates in the
-/// direction of positive speed; and inertia that it adds to each mass, relative to the mass's own.
-template <class T>
-struct Contribution {
-  T motor_torque{};
-  T gear_torque{};
-  T arm_torque{};
-  T motor_inertia{};
-  T gear_inertia{};
-  T arm_inertia{};
+/// 1/(kg.m^2), inverse inertia of that mass.
+template <PlantMass Site, class T>
+const T& mobility(const Coefficients<T>& c) {
+  if constexpr (Site == kMotor) return c.motor_mobility;
+  if constexpr (Site == kGear) return c.gear_mobility;
+  return c.arm_mobility;
+}
 
-  Contribution& operator+=(const Contribution& other) {
-    motor_torque += other.motor_torque;
-    gear_torque += other.gear_torque;
-    arm_torque += other.arm_torque;
-    motor_inertia += other.motor_inertia;
-    gear_inertia += other.gear_inertia;
-    arm_inertia += other.arm_inertia;
-    return *this;
+/// Brings what effects do to the masses into the derivative dx of the bare arm. Only what is there
+/// costs anything: most effects are a torque on one mass.
+template <class T>
+class Loads {
+ public:
+  Loads(const Coefficients<T>& arm, T* dx) : arm_(arm), dx_(dx) {}
+
+  /// Torque (N.m) that accelerates the mass in the direction of positive speed.
+  template <PlantMass Site>
+  void drive(const T& torque) {
+    dx_[kMasses[Site].speed] += mobility<Site>(arm_) * torque;
+  }
+  /// The same against that direction.
+  template <PlantMass Site>
+  void brake(const T& torque) {
+    dx_[kMasses[Site].speed] -= mobility<Site>(arm_) * torque;
+  }
+  /// Part of the mass's inertia (1: all of it) that moves by itself, with an acceleration (rad/s^2)
+  /// of its own.
+  template <PlantMass Site>
+  void detach(const T& share, const T& acceleration) {
+    dx_[kMasses[Site].speed] -= share * acceleration;
+    add_inertia<Site>(-share);
+  }
+  /// Inertia, relative to the mass's own.
+  template <PlantMass Site>
+  void add_inertia(const T& inertia) {
+    inertia_[Site] = changed_[Site] ? inertia_[Site] + inertia : inertia;
+    changed_[Site] = true;
+  }
+
+  /// Relative inertia that has been added to a mass.
+  T inertia(PlantMass site) const { return changed_[site] ? inertia_[site] : T(0.0); }
+
+  /// To be called once all torques are there: the heavier a mass, the less they accelerate it.
+  void share_out() {
+    for (int site = 0; site < kMassCount; ++site) {
+      if (!changed_[site]) continue;
+      T& acceleration = dx_[kMasses[site].speed];
+      acceleration = acceleration / (1.0 + inertia_[site]);
+    }
+  }
+
+ private:
+  const Coefficients<T>& arm_;
+  T* dx_;
+  std::array<T, kMassCount> inertia_;  // where it has changed
+  std::array<bool, kMassCount> changed_{};
+};
+
+/// What effects do. A torque (N.m) on one mass; positive accelerates it in the direction of
+/// positive speed.
+template <PlantMass Site, class T>
+struct TorqueOn {
+  T torque;
+  void act(Loads<T>& loads) const { loads.template drive<Site>(torque); }
+};
+
+/// A torque (N.m) between two masses: positive accelerates the one and brakes the other.
+template <PlantMass Driven, PlantMass Braked, class T>
+struct TorqueBetween {
+  T torque;
+  void act(Loads<T>& loads) const {
+    loads.template drive<Driven>(torque);
+    loads.template brake<Braked>(torque);
   }
 };
 
-/// Brings what effects do into the derivative dx of the bare arm.
-template <class T>
-void add_contribution(const Coefficients<T>& c, const Contribution<T>& sum, T* dx) {
-  dx[kSpeedMotor] =
-      (dx[kSpeedMotor] + c.motor_mobility * sum.motor_torque) / (1.0 + sum.motor_inertia);
-  dx[kSpeedGear] = (dx[kSpeedGear] + c.gear_mobility * sum.gear_torque) / (1.0 + sum.gear_inertia);
-  dx[kSpeedArm] = (dx[kSpeedArm] + c.arm_mobility * sum.arm_torque) / (1.0 + sum.arm_inertia);
-}
+/// Inertia that a mass has besides its own, relative to that.
+template <PlantMass Site, class T>
+struct InertiaOn {
+  T inertia;
+  void act(Loads<T>& loads) const { loads.template add_inertia<Site>(inertia); }
+};
+
+/// Part of a mass (share of its inertia) that moves by itself, with an acceleration (rad/s^2) of
+/// its own; the rest drives it.
+template <PlantMass Site, class T>
+struct PartOf {
+  T share;
+  T acceleration;
+  void act(Loads<T>& loads) const { loads.template detach<Site>(share, acceleration); }
+};
 
 /// What a parameter of an effect tells: how large the effect is (0: there is none), or of what
 /// shape, which means nothing without a size.
@@ -110,7 +173,8 @@ struct EffectState {
 /// An effect is data (`name`, `parameters`, `states`) and pure functions of the motion, of the
 /// effect's own states x and parameters p (arrays in the order of its tables):
 ///
-///     contribute(motion, x, p)      -> Contribution<T>, where it acts on the masses
+///     contribute(motion, x, p)      -> TorqueOn, TorqueBetween, InertiaOn or PartOf, where it
+///                                      acts on the masses
 ///     rates(motion, x, p, dx)       -> writes dx/dt; only for an effect with states
 ///     sensed(motion, x, p)          -> T, rad/s that the sensor shows above the motor's speed
 ///
@@ -125,8 +189,9 @@ concept Effect = requires {
 };
 
 template <class E>
-concept ActsOnMasses = requires(const Motion<double>& motion, const double* x, const double* p) {
-  { E::template contribute<double>(motion, x, p) } -> std::same_as<Contribution<double>>;
+concept ActsOnMasses = requires(const Motion<double>& motion, const double* x, const double* p,
+                                Loads<double>& loads) {
+  E::template contribute<double>(motion, x, p).act(loads);
 };
 
 template <class E>

@@ -68,9 +68,10 @@ std::array<double, kMassCount> least_inertias(const EffectSlot& slot,
     return std::visit(
         [&]<class E>(const E&) -> std::array<double, kMassCount> {
           if constexpr (ActsOnMasses<E>) {
-            const Contribution<double> sum =
-                E::contribute(motion, rest.data(), values.data() + slot.first_parameter);
-            return {sum.motor_inertia, sum.gear_inertia, sum.arm_inertia};
+            std::array<double, kArmStates> rates{};
+            Loads<double> loads(c, rates.data());
+            E::contribute(motion, rest.data(), values.data() + slot.first_parameter).act(loads);
+            return {loads.inertia(kMotor), loads.inertia(kGear), loads.inertia(kArm)};
           }
           return {};
         },

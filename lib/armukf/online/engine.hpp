@@ -68,7 +68,7 @@ struct ArmStep {
     std::fill(arm.begin() + states, arm.end(), T());
     if constexpr (Coloured) arm[kDriven] += colour.half_kick * x[states];
     const System<T, kRows> system(model, coordinates, z, u);
-    propagate(propagation, system, arm, t, dt);
+    propagate(propagation, system, arm, t, dt, rows_in_use<decltype(arm)>(model));
     if constexpr (Coloured) arm[kDriven] += colour.half_kick * x[states];
     std::copy_n(arm.begin(), states, moved.begin());
     if constexpr (Coloured) {

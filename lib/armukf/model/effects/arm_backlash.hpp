@@ -17,10 +17,11 @@ struct ArmBacklash {
   static constexpr std::array<EffectState, 0> states{};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
+  static TorqueBetween<kGear, kArm, T> contribute(const Motion<T>& motion, const T* /*x*/,
+                                                  const T* p) {
     const T& twist = motion.twist_arm();
     const T lost = motion.arm.k_a * (twist - beyond_play(twist, p[0]));
-    return {.gear_torque = lost, .arm_torque = -lost};
+    return {lost};
   }
 };
 

@@ -20,9 +20,9 @@ struct ArmSpringCurve : SpringCurve {
   }
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* x, const T* p) {
+  static TorqueBetween<kArm, kGear, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
     const T torque = law(abscissa(motion, x), p);
-    return {.gear_torque = -torque, .arm_torque = torque};
+    return {torque};
   }
 };
 

@@ -15,10 +15,11 @@ struct ArmStiffnessCubic {
   static constexpr std::array<EffectState, 0> states{};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
+  static TorqueBetween<kArm, kGear, T> contribute(const Motion<T>& motion, const T* /*x*/,
+                                                  const T* p) {
     const T& twist = motion.twist_arm();
     const T torque = p[0] * (twist * twist * twist);
-    return {.gear_torque = -torque, .arm_torque = torque};
+    return {torque};
   }
 };
 

@@ -15,11 +15,12 @@ struct Backlash {
   static constexpr std::array<EffectState, 0> states{};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
+  static TorqueBetween<kMotor, kGear, T> contribute(const Motion<T>& motion, const T* /*x*/,
+                                                    const T* p) {
     const T& twist = motion.twist_gear();
     const T lost =
         gear_spring(motion.arm, twist) - gear_spring(motion.arm, beyond_play(twist, p[0]));
-    return {.motor_torque = lost, .gear_torque = -lost};
+    return {lost};
   }
 };
 

@@ -18,9 +18,9 @@ struct CoulombAsymmetry {
   static constexpr std::array<EffectState, 0> states{};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
+  static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
     const T forwards = direction(motion.speed_motor());
-    return {.motor_torque = -(p[0] * (forwards * forwards))};
+    return {-(p[0] * (forwards * forwards))};
   }
 };
 

@@ -17,8 +17,8 @@ struct DriveLag {
   static constexpr double kFastest = 2.5e-4;  // s, T0
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* x, const T* p) {
-    return {.motor_torque = p[0] / (p[0] + kFastest) * (x[0] - motion.input)};
+  static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
+    return {p[0] / (p[0] + kFastest) * (x[0] - motion.input)};
   }
 
   template <class T>

@@ -27,9 +27,9 @@ struct ExternalTorque {
       EffectState{"external_torque_phase", "rad", Beginning::kPhase, 1.0}};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* x, const T* p) {
+  static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
     const T turned = (2.0 * std::numbers::pi * motion.time) * p[1];
-    return {.motor_torque = p[0] * cos(T(turned + x[0]))};
+    return {p[0] * cos(T(turned + x[0]))};
   }
 
   template <class T>

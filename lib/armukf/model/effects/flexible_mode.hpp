@@ -7,13 +7,11 @@
 
 namespace armukf::effects {
 
-enum class Site { kMotor, kGear, kArm };
-
-/// What the parameters and states of a flexible mode are called, by its site.
-template <Site Place>
+/// What the parameters and states of a flexible mode are called, by its mass.
+template <PlantMass Site>
 struct ModeNames;
 template <>
-struct ModeNames<Site::kMotor> {
+struct ModeNames<kMotor> {
   static constexpr std::string_view effect = "flexible_mode_motor";
   static constexpr std::string_view share = "mode_motor_share";
   static constexpr std::string_view frequency = "mode_motor_frequency";
@@ -22,7 +20,7 @@ struct ModeNames<Site::kMotor> {
   static constexpr std::string_view speed = "mode_motor_speed";
 };
 template <>
-struct ModeNames<Site::kGear> {
+struct ModeNames<kGear> {
   static constexpr std::string_view effect = "flexible_mode_gear";
   static constexpr std::string_view share = "mode_gear_share";
   static constexpr std::string_view frequency = "mode_gear_frequency";
@@ -31,7 +29,7 @@ struct ModeNames<Site::kGear> {
   static constexpr std::string_view speed = "mode_gear_speed";
 };
 template <>
-struct ModeNames<Site::kArm> {
+struct ModeNames<kArm> {
   static constexpr std::string_view effect = "flexible_mode_arm";
   static constexpr std::string_view share = "mode_arm_share";
   static constexpr std::string_view frequency = "mode_arm_frequency";
@@ -49,9 +47,9 @@ struct ModeNames<Site::kArm> {
 /// against the rest and for the part. The mass's whole inertia stays what it is.
 /// Source: S. Moberg, J. Ohr, S. Gunnarsson, "A benchmark problem for robust control of a
 /// multivariable nonlinear flexible manipulator", IFAC World Congress, 2008.
-template <Site Place>
+template <PlantMass Site>
 struct FlexibleMode {
-  using Names = ModeNames<Place>;
+  using Names = ModeNames<Site>;
   static constexpr std::string_view name = Names::effect;
   static constexpr std::array parameters{
       EffectParameter{Names::share, "-", 0.0, 0.0, 0.95, 0.05},
@@ -68,17 +66,8 @@ struct FlexibleMode {
                                      EffectState{Names::speed, "rad/s", Beginning::kSpeed, 2.0}};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* x, const T* p) {
-    if constexpr (Place == Site::kMotor) {
-      const T torque = (p[0] / motion.arm.motor_mobility) * acceleration(motion, x, p);
-      return {.motor_torque = -torque, .motor_inertia = -p[0]};
-    } else if constexpr (Place == Site::kGear) {
-      const T torque = (p[0] / motion.arm.gear_mobility) * acceleration(motion, x, p);
-      return {.gear_torque = -torque, .gear_inertia = -p[0]};
-    } else {
-      const T torque = (p[0] / motion.arm.arm_mobility) * acceleration(motion, x, p);
-      return {.arm_torque = -torque, .arm_inertia = -p[0]};
-    }
+  static PartOf<Site, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
+    return {p[0], acceleration(motion, x, p)};
   }
 
   template <class T>
@@ -90,9 +79,7 @@ struct FlexibleMode {
  private:
   template <class T>
   static const T& speed(const Motion<T>& motion) {
-    if constexpr (Place == Site::kMotor) return motion.speed_motor();
-    if constexpr (Place == Site::kGear) return motion.speed_gear();
-    return motion.speed_arm();
+    return motion.x[kMasses[Site].speed];
   }
 
   /// rad/s^2, of the part on the spring.

@@ -20,9 +20,9 @@ struct FrictionChange {
   static constexpr std::array<EffectState, 0> states{};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
+  static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
     const T direction = friction_direction(motion.arm, motion.speed_motor());
-    return {.motor_torque = -(p[0] * (from_then_on(motion, p[1]) * direction))};
+    return {-(p[0] * (from_then_on(motion, p[1]) * direction))};
   }
 };
 

@@ -44,8 +44,8 @@ struct FrictionCurve {
   }
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* x, const T* p) {
-    return {.motor_torque = -law(abscissa(motion, x), p)};
+  static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
+    return {-law(abscissa(motion, x), p)};
   }
 };
 

@@ -20,9 +20,9 @@ struct FrictionRipple : OverMotorAngle {
   static constexpr std::array states{angle_state("friction_ripple_angle")};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* x, const T* p) {
+  static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
     const T direction = friction_direction(motion.arm, motion.speed_motor());
-    return {.motor_torque = -(p[0] * (cos(T(p[1] * x[0])) * direction))};
+    return {-(p[0] * (cos(T(p[1] * x[0])) * direction))};
   }
 };
 

@@ -16,10 +16,11 @@ struct GearDampingQuadratic {
   static constexpr double kSmallRate = 0.01;  // rad/s, within which |v| is rounded
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
+  static TorqueBetween<kGear, kMotor, T> contribute(const Motion<T>& motion, const T* /*x*/,
+                                                    const T* p) {
     const T rate = motion.gear_rate();
     const T torque = p[0] * (rate * smooth_magnitude(rate, kSmallRate));
-    return {.motor_torque = -torque, .gear_torque = torque};
+    return {torque};
   }
 };
 

@@ -17,9 +17,9 @@ struct GearFriction {
   static constexpr std::array<EffectState, 0> states{};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
+  static TorqueOn<kGear, T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
     const T& w = motion.speed_gear();
-    return {.gear_torque = -(p[0] * direction(w) + p[1] * w)};
+    return {-(p[0] * direction(w) + p[1] * w)};
   }
 };
 

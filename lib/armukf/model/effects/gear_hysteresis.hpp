@@ -27,9 +27,10 @@ struct GearHysteresis {
       EffectState{"gear_hysteresis_deflection", "-", Beginning::kZero, 0.5}};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& /*motion*/, const T* x, const T* p) {
+  static TorqueBetween<kGear, kMotor, T> contribute(const Motion<T>& /*motion*/, const T* x,
+                                                    const T* p) {
     const T torque = p[0] * x[0];
-    return {.motor_torque = -torque, .gear_torque = torque};
+    return {torque};
   }
 
   template <class T>

@@ -20,9 +20,10 @@ struct GearSpringCurve : SpringCurve {
   }
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* x, const T* p) {
+  static TorqueBetween<kGear, kMotor, T> contribute(const Motion<T>& motion, const T* x,
+                                                    const T* p) {
     const T torque = law(abscissa(motion, x), p);
-    return {.motor_torque = -torque, .gear_torque = torque};
+    return {torque};
   }
 };
 

@@ -17,9 +17,9 @@ struct Gravity : OverMotorAngle {
   static constexpr std::array states{angle_state("gravity_angle")};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* x, const T* p) {
+  static TorqueOn<kArm, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
     const T angle = x[0] - motion.twist_gear() - motion.twist_arm();
-    return {.arm_torque = -(p[0] * sin(angle))};
+    return {-(p[0] * sin(angle))};
   }
 };
 

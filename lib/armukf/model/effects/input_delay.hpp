@@ -18,8 +18,8 @@ struct InputDelay {
       EffectState{"input_delay_second", "N.m", Beginning::kZero, 1.0}};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* x, const T* p) {
-    return {.motor_torque = output(first(motion, x, p), x[1], p) - motion.input};
+  static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
+    return {output(first(motion, x, p), x[1], p) - motion.input};
   }
 
   template <class T>

@@ -18,9 +18,9 @@ struct LoadDependentFriction {
   static constexpr double kSmallLoad = 0.05;  // N.m, within which |tau| is rounded
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
+  static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
     const T load = smooth_magnitude(gear_torque(motion.arm, motion.x), kSmallLoad);
-    return {.motor_torque = -(p[0] * (load * direction(motion.speed_motor())))};
+    return {-(p[0] * (load * direction(motion.speed_motor())))};
   }
 };
 

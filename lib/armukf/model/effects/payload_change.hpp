@@ -17,8 +17,8 @@ struct PayloadChange {
   static constexpr std::array<EffectState, 0> states{};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
-    return {.arm_inertia = p[0] * from_then_on(motion, p[1])};
+  static InertiaOn<kArm, T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
+    return {p[0] * from_then_on(motion, p[1])};
   }
 };
 

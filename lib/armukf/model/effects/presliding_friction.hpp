@@ -22,9 +22,9 @@ struct PreslidingFriction {
       EffectState{"presliding_deflection", "-", Beginning::kZero, 0.5}};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* x, const T* p) {
+  static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
     const T known = p[2] * tanh(T(motion.arm.beta * motion.speed_motor()));
-    return {.motor_torque = -(p[0] * (x[0] - known))};
+    return {-(p[0] * (x[0] - known))};
   }
 
   template <class T>

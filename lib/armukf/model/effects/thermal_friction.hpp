@@ -19,9 +19,9 @@ struct ThermalFriction {
   static constexpr std::array<EffectState, 0> states{};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
+  static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
     const T warmth = 1.0 - exp(T(-motion.time / p[1]));
-    return {.motor_torque = -(p[0] * (warmth * friction(motion.arm, motion.speed_motor())))};
+    return {-(p[0] * (warmth * friction(motion.arm, motion.speed_motor())))};
   }
 };
 

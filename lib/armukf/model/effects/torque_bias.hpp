@@ -15,8 +15,8 @@ struct TorqueBias {
   static constexpr std::array<EffectState, 0> states{};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& /*motion*/, const T* /*x*/, const T* p) {
-    return {.motor_torque = p[0]};
+  static TorqueOn<kMotor, T> contribute(const Motion<T>& /*motion*/, const T* /*x*/, const T* p) {
+    return {p[0]};
   }
 };
 

@@ -14,8 +14,8 @@ struct TorqueGain {
   static constexpr std::array<EffectState, 0> states{};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
-    return {.motor_torque = p[0] * motion.input};
+  static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
+    return {p[0] * motion.input};
   }
 };
 

@@ -19,8 +19,8 @@ struct TorqueRipple : OverMotorAngle {
   static constexpr std::array states{angle_state("torque_ripple_angle")};
 
   template <class T>
-  static Contribution<T> contribute(const Motion<T>& /*motion*/, const T* x, const T* p) {
-    return {.motor_torque = p[0] * cos(T(p[1] * x[0]))};
+  static TorqueOn<kMotor, T> contribute(const Motion<T>& /*motion*/, const T* x, const T* p) {
+    return {p[0] * cos(T(p[1] * x[0]))};
   }
 };
 
