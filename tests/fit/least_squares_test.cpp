@@ -71,6 +71,22 @@ TEST(LeastSquares, SaysWhenIterationsRunOut) {
   EXPECT_LT(minimum.cost, 0.5 * (4.4 * 4.4 + 2.2 * 2.2));  // better than the start's
 }
 
+TEST(LeastSquares, AsksForNoJacobianThatNoStepUses) {
+  int with = 0;
+  int without = 0;
+  const auto growth = [&](const double* z, double* r, double* J) {
+    ++(J != nullptr ? with : without);
+    r[0] = std::exp(z[0]) - 1.0;
+    if (J != nullptr) J[0] = std::exp(z[0]);
+    return true;
+  };
+  const Minimum minimum = least_squares(unbounded({1.0}), 1, growth, {.iterations = 3});
+  EXPECT_LT(std::abs(minimum.z[0]), 0.01);  // Newton's steps from 1: 0.37, 0.06, 0.002
+  EXPECT_EQ(with, 3);                       // at the start and where two steps led
+  EXPECT_EQ(without, 1);
+  EXPECT_EQ(minimum.evaluations, 4);
+}
+
 TEST(LeastSquares, StopsWhereItIsWhenAsked) {
   std::stop_source stop;
   int evaluations = 0;

@@ -1,6 +1,5 @@
 #include "armukf/batch/initial_states.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +7,7 @@
 
 #include "armukf/batch/output_error.hpp"
 #include "armukf/core/constants.hpp"
+#include "armukf/fit/dense.hpp"
 #include "armukf/model/cycles.hpp"
 
 namespace armukf {
@@ -26,7 +26,7 @@ double promised(const OutputError::Evaluation& at, Eigen::Index kept) {
   others << at.J.leftCols(kept), at.J.rightCols(at.J.cols() - 1 - kept);
   const Eigen::VectorXd slope = others.transpose() * at.r;
   const Eigen::MatrixXd information = others.transpose() * others;
-  return at.r.squaredNorm() - slope.dot(information.completeOrthogonalDecomposition().solve(slope));
+  return at.r.squaredNorm() - slope.dot(shortest_solution(information, slope).col(0));
 }
 
 /// Places over a period where the error promises to be less than at both neighbours, the least

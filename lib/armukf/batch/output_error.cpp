@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <utility>
 
 #include "armukf/batch/sensitivity.hpp"
@@ -12,36 +11,6 @@
 
 namespace armukf {
 namespace {
-
-/// A trial step is mostly accepted, and then its Jacobian is wanted as well, which costs hardly
-/// more when both are found at once: keeps what the last trial gave.
-class Trials {
- public:
-  Trials(const OutputError& error, double huber_scale) : error_(error), huber_scale_(huber_scale) {}
-
-  bool operator()(const double* v, double* r, double* jacobian) {
-    const std::vector<double> at(v, v + error_.variables());
-    if (at != at_) {
-      at_ = at;
-      found_ = error_.evaluate(v);
-      ++simulations_;
-      if (found_.valid) soften(huber_scale_, found_.r, found_.J);
-    }
-    if (!found_.valid) return false;
-    std::copy_n(found_.r.data(), found_.r.size(), r);
-    if (jacobian != nullptr) std::copy_n(found_.J.data(), found_.J.size(), jacobian);
-    return true;
-  }
-
-  int simulations() const { return simulations_; }
-
- private:
-  const OutputError& error_;
-  double huber_scale_;
-  std::vector<double> at_;
-  OutputError::Evaluation found_;
-  int simulations_ = 0;
-};
 
 /// How fast (rad/s) a mass of a record may start: the motor was never seen at a third of it.
 double fastest(const std::vector<Sample>& samples) {
@@ -115,23 +84,27 @@ StatesOfPieces OutputError::initial_states_at(const double* v) const {
   return x0;
 }
 
-OutputError::Evaluation OutputError::evaluate(const double* v) const {
+OutputError::Evaluation OutputError::evaluate(const double* v, bool derivatives) const {
   const Model model = model_at(v);
-  Evaluation all{.valid = model.is_physical(model.values()), .r = Eigen::VectorXd(rows_), .J = {}};
-  if (records_.size() > 1) all.J = JacobianMatrix::Zero(rows_, variables());
+  Evaluation all{.valid = model.is_physical(model.values()),
+                 .r = Eigen::VectorXd(rows_),
+                 .J = JacobianMatrix(rows_, 0)};
+  if (derivatives && records_.size() > 1) all.J = JacobianMatrix::Zero(rows_, variables());
   const std::vector<Stretch> rows = stretches();
   for (std::size_t e = 0; e < records_.size() && all.valid; ++e)
-    all.valid = evaluate(model, v, static_cast<int>(e), rows[e].first, all);
+    all.valid = evaluate(model, v, static_cast<int>(e), rows[e].first, derivatives, all);
   all.valid = all.valid && std::isfinite(all.J.squaredNorm());  // derivatives may run away first
   return all;
 }
 
 bool OutputError::evaluate(const Model& model, const double* v, int record, Eigen::Index first,
-                           Evaluation& all) const {
+                           bool derivatives, Evaluation& all) const {
   const std::vector<Sample>& samples = records_[record].samples;
   const Gains& gains = gains_[record];
-  Sensitivities found = sensitivities(model, initial_states_at(v, record), samples, propagation_,
-                                      {unknowns_, initial_.free}, gains);
+  const Directions directions =
+      derivatives ? Directions{unknowns_, initial_.free} : Directions{{}, {}};
+  Sensitivities found =
+      sensitivities(model, initial_states_at(v, record), samples, propagation_, directions, gains);
   if (samples.empty()) return true;
   // A spring that winds further is not one: the search has let an arm go that then floats about and
   // mimics a drifting torque.
@@ -142,6 +115,7 @@ bool OutputError::evaluate(const Model& model, const double* v, int record, Eige
     all.r[first + k] = missing ? 0.0 : gains.weight(k) * (found.y[k] - samples[k].y);
     found.gradient.row(k) *= missing ? 0.0 : gains.weight(k);
   }
+  if (!derivatives) return true;
   if (records_.size() == 1) {
     all.J = std::move(found.gradient);
     return true;
@@ -185,10 +159,15 @@ std::vector<Stretch> OutputError::stretches() const {
 
 Minimum search(const OutputError& error, const Variables& variables, double huber_scale,
                const SearchLimits& limits) {
-  Trials trials(error, huber_scale);
-  Minimum minimum = least_squares(variables, error.rows(), std::ref(trials), limits);
-  minimum.evaluations = trials.simulations();
-  return minimum;
+  const Residuals residuals = [&](const double* v, double* r, double* jacobian) {
+    OutputError::Evaluation at = error.evaluate(v, jacobian != nullptr);
+    if (!at.valid) return false;
+    soften(huber_scale, at.r, at.J);
+    std::ranges::copy(at.r, r);
+    if (jacobian != nullptr) std::copy_n(at.J.data(), at.J.size(), jacobian);
+    return true;
+  };
+  return least_squares(variables, error.rows(), residuals, limits);
 }
 
 SearchLimits limits_for(const OutputError& error) {

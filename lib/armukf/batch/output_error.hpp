@@ -41,13 +41,13 @@ class OutputError {
   std::vector<double> initial_states_at(const double* v, int record) const;
   StatesOfPieces initial_states_at(const double* v) const;  // of all records
 
-  /// Residuals and their derivatives by v, 0 where nothing was measured.
+  /// Residuals and their derivatives by v (or no columns of them), 0 where nothing was measured.
   struct Evaluation {
     bool valid = false;  // false: no mass is left for the arm, or a simulation runs away
     Eigen::VectorXd r;
     JacobianMatrix J;
   };
-  Evaluation evaluate(const double* v) const;
+  Evaluation evaluate(const double* v, bool derivatives = true) const;
 
   /// The residuals alone, at a fraction of the cost; infinite where the simulation runs away.
   Eigen::VectorXd residuals(const double* v) const;
@@ -57,7 +57,7 @@ class OutputError {
 
  private:
   bool evaluate(const Model& model, const double* v, int record, Eigen::Index first,
-                Evaluation& all) const;
+                bool derivatives, Evaluation& all) const;
 
   const Model& model_;
   const std::vector<Record>& records_;

@@ -45,17 +45,17 @@ void differentiate(const Model& model, const std::vector<double>& x0,
     const int direction = first + j;
     Number& seed = direction < parameters ? p[directions.parameters[direction]]
                                           : x[directions.initial_states[direction - parameters]];
-    seed.gradient[j] = 1.0;
+    if constexpr (!Plain<Number>) seed.gradient[j] = 1.0;
   }
   const std::size_t visited = visit_states(
       model, p, x, samples, propagation, recorded_input<Number>(samples),
       [&](std::size_t k, const auto& states, const Number& y) {
-        result.y[k] = y.value;
-        if (count > 0)
+        result.y[k] = value_of(y);
+        if constexpr (!Plain<Number>)
           std::copy_n(y.gradient.begin(), count, &result.gradient(static_cast<int>(k), first));
         for (int i = 0; i < kArmStates; ++i)
           if (model.states[i].motive == Motive::kTwist)
-            result.largest_twist = std::max(result.largest_twist, std::abs(states[i].value));
+            result.largest_twist = std::max(result.largest_twist, std::abs(value_of(states[i])));
       },
       Angles::kMeasured, gains);
   std::fill(result.y.begin() + visited, result.y.end(), kNaN);
@@ -69,6 +69,10 @@ Sensitivities sensitivities(const Model& model, const std::vector<double>& x0,
                             const Directions& directions, const Gains& gains) {
   Sensitivities result{std::vector<double>(samples.size()),
                        JacobianMatrix(samples.size(), directions.size()), 0.0};
+  if (directions.size() == 0) {
+    differentiate<double>(model, x0, samples, propagation, directions, gains, 0, 0, result);
+    return result;
+  }
   in_turns(directions.size(), [&]<class Number>(Number, int first, int count) {
     differentiate<Number>(model, x0, samples, propagation, directions, gains, first, count, result);
   });

@@ -30,12 +30,14 @@ class AheadScore {
   AheadScore(const Model& base, const StatesOfPieces& x0, const std::vector<Record>& pieces,
              const Propagation& propagation, std::vector<Gains> gains);
 
-  /// trial: of the base's model or of one with the same parameters.
-  Suggestion operator()(const Trial& trial) const;
+  /// One per trial. trials: of the base's model or of one with the same parameters, all of the
+  /// same.
+  std::vector<Suggestion> operator()(const std::vector<Trial>& trials, int threads = 1) const;
 
  private:
-  Eigen::MatrixXd columns_of(const Model& model, const StatesOfPieces& x0,
-                             const std::vector<int>& sizes) const;
+  /// From the derivatives of the innovations by the trial's sizes, where it has none; of a cyclic
+  /// effect that begins at 0, and a quarter of a period later.
+  Suggestion suggestion(const Trial& trial, Eigen::MatrixXd columns) const;
 
   const Model& base_;
   const StatesOfPieces& x0_;

@@ -107,10 +107,11 @@ std::vector<Start> starts_on(const std::vector<ForesightFit>& bases, std::size_t
   const ForesightFit& fit = bases[base];
   const AheadScore score(fit.model, fit.x0, pieces, records.propagation,
                          foresight_gains(fit.model, fit.x0, pieces, records.propagation));
-  std::vector<Start> starts(trials.size());
-  for_each_job(records.threads, static_cast<int>(trials.size()), [&](int i) {
-    starts[i] = {&trials[i], base, score(trials[i])};
-  });
+  std::vector<Suggestion> suggestions = score(trials, records.threads);
+  std::vector<Start> starts;
+  starts.reserve(trials.size());
+  for (std::size_t i = 0; i < trials.size(); ++i)
+    starts.push_back({&trials[i], base, std::move(suggestions[i])});
   std::ranges::stable_sort(starts, std::greater{},
                            [](const Start& s) { return s.suggestion.share; });
   std::map<std::string, std::size_t> count;

@@ -1,8 +1,5 @@
 #include "armukf/diagnosis/foresight.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -16,6 +13,7 @@
 #include "armukf/core/constants.hpp"
 #include "armukf/diagnosis/base_fit.hpp"
 #include "armukf/fit/covariance.hpp"
+#include "armukf/fit/dense.hpp"
 
 namespace armukf {
 namespace {
@@ -130,7 +128,7 @@ void judge(const OutputError& error, const Variables& variables, const Minimum& 
     rest.diagonal().array() += kRidge;
     const Eigen::VectorXd step =
         scale.asDiagonal() *
-        rest.ldlt().solve(scale.asDiagonal() * (slope_of(block, kForesightBlocks) - slope));
+        symmetric_solution(rest, scale.asDiagonal() * (slope_of(block, kForesightBlocks) - slope));
     const auto cost_of_others = [&](const Eigen::VectorXd& r) {
       return r.squaredNorm() - r.segment(first, its.rows()).squaredNorm();
     };
@@ -303,10 +301,8 @@ Distance distance(const ForesightFit& fit, const std::vector<int>& positions,
   const Eigen::MatrixXd scaled = scale.asDiagonal() * fit.information * scale.asDiagonal();
   const Eigen::MatrixXd slopes = scale.asDiagonal() * fit.slopes;
   // What the other unknowns can explain is not theirs.
-  const Eigen::MatrixXd projection = scaled(others, others)
-                                         .completeOrthogonalDecomposition()
-                                         .solve(scaled(others, own))
-                                         .transpose();
+  const Eigen::MatrixXd projection =
+      shortest_solution(scaled(others, others), scaled(others, own)).transpose();
   const Eigen::MatrixXd left = scaled(own, own) - projection * scaled(others, own);
   const Eigen::MatrixXd left_slopes =
       slopes(own, Eigen::all) - projection * slopes(others, Eigen::all);
@@ -315,16 +311,15 @@ Distance distance(const ForesightFit& fit, const std::vector<int>& positions,
     const auto at = std::ranges::find(positions, unknowns[own[k]]) - positions.begin();
     step[k] = (fit.model.parameters[positions[at]].value - from[at]) / scale[own[k]];
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(left);
+  const SymmetricSpectrum spectrum = symmetric_spectrum(left);
   const auto told =
-      (eigen.eigenvalues().array() > kTold * std::max(1e-12, eigen.eigenvalues().maxCoeff()))
-          .count();
+      (spectrum.values.array() > kTold * std::max(1e-12, spectrum.values.maxCoeff())).count();
   if (told == 0) return {};
-  const Eigen::MatrixXd directions = eigen.eigenvectors().rightCols(told);
+  const Eigen::MatrixXd directions = spectrum.vectors.rightCols(told);
   const Eigen::VectorXd score = directions.transpose() * (left * step);
   const Eigen::MatrixXd parts = directions.transpose() * left_slopes;
   const Eigen::MatrixXd covariance = parts * parts.transpose() * kParts / (kParts - 1.0);
-  const double squared = score.dot(covariance.ldlt().solve(score));
+  const double squared = score.dot(symmetric_solution(covariance, score));
   return {std::isfinite(squared) ? std::max(0.0, squared) : 0.0, static_cast<int>(told)};
 }
 

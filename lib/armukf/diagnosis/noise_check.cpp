@@ -36,15 +36,16 @@ std::vector<Promise> promising(const std::vector<Trial>& trials, const AheadScor
                                const Looks& looks, int threads) {
   constexpr double kWorthAFit = 0.1;  // p: a fit also finds the shape between the grid's points
   constexpr std::size_t kMost = 5;
-  std::vector<Promise> promises(trials.size());
-  for_each_job(threads, static_cast<int>(trials.size()), [&](int i) {
+  std::vector<Suggestion> suggestions = score(trials, threads);
+  std::vector<Promise> promises;
+  promises.reserve(trials.size());
+  for (std::size_t i = 0; i < trials.size(); ++i) {
     const Trial& trial = trials[i];
-    const Suggestion suggestion = score(trial);
     const auto sizes = trial.cyclic_state >= 0 ? 2 : static_cast<int>(trial.sizes.size());
-    const double p = corrected(chi_square_tail(2.0 * std::max(0.0, suggestion.gain), sizes),
+    const double p = corrected(chi_square_tail(2.0 * std::max(0.0, suggestions[i].gain), sizes),
                                trial.effect, looks);
-    promises[i] = {&trial, suggestion, p};
-  });
+    promises.push_back({&trial, std::move(suggestions[i]), p});
+  }
   std::erase_if(promises, [](const Promise& p) { return !(p.p_value <= kWorthAFit); });
   std::ranges::stable_sort(promises, std::greater{},
                            [](const Promise& p) { return p.suggestion.gain; });

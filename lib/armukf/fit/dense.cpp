@@ -10,6 +10,10 @@ Eigen::VectorXd least_squares_solution(const Eigen::MatrixXd& A, const Eigen::Ve
   return A.colPivHouseholderQr().solve(b);
 }
 
+Eigen::MatrixXd shortest_solution(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
+  return A.completeOrthogonalDecomposition().solve(B);
+}
+
 Eigen::MatrixXd orthonormal_basis(Eigen::MatrixXd A) {
   for (auto column : A.colwise())
     if (const double length = column.norm(); length > 0.0) column /= length;

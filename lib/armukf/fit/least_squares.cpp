@@ -16,31 +16,70 @@ namespace {
 /// Variables that a search leaves alone, one flag each.
 using Fixed = std::vector<bool>;
 
+/// What the residuals gave at the last point, and their Jacobian there or at a point before.
+class Known {
+ public:
+  Known(const Residuals& f, int residuals, int variables)
+      : f_(f), r_(residuals), jacobian_(static_cast<std::size_t>(residuals) * variables) {}
+
+  /// Whether z makes sense. with_jacobian: it is to be that of z.
+  bool find(const double* z, int variables, bool with_jacobian) {
+    const std::vector<double> at(z, z + variables);
+    if (at == at_ && (its_jacobian_ || !with_jacobian)) return valid_;
+    at_ = at;
+    its_jacobian_ = with_jacobian;
+    ++evaluations_;
+    valid_ = f_(z, r_.data(), with_jacobian ? jacobian_.data() : nullptr);
+    return valid_;
+  }
+
+  const std::vector<double>& r() const { return r_; }
+  const std::vector<double>& jacobian() const { return jacobian_; }  // row by row
+  int evaluations() const { return evaluations_; }
+
+ private:
+  const Residuals& f_;
+  std::vector<double> at_;
+  std::vector<double> r_;
+  std::vector<double> jacobian_;
+  bool valid_ = false;
+  bool its_jacobian_ = false;
+  int evaluations_ = 0;
+};
+
 /// The residuals as Ceres wants them: one block of all, of one block of variables. A variable by
 /// which nothing changes is not moved.
+///
+/// Ceres asks for the residuals at each trial step and, where it accepts the step, for the Jacobian
+/// as well. Mostly it does, and both together cost hardly more than the residuals alone: so both
+/// are found at once. After the last step that it may take nothing is done with the Jacobian; the
+/// one before stands in.
 class Block final : public ceres::CostFunction {
  public:
-  Block(int residuals, const Residuals& f, const Fixed& fixed, int& evaluations)
-      : f_(f), fixed_(fixed), evaluations_(evaluations) {
+  Block(Known& known, const Fixed& fixed, int iterations)
+      : known_(known), fixed_(fixed), iterations_(iterations) {
     mutable_parameter_block_sizes()->push_back(static_cast<int>(fixed.size()));
-    set_num_residuals(residuals);
+    set_num_residuals(static_cast<int>(known.r().size()));
   }
 
   bool Evaluate(const double* const* z, double* r,  // NOLINT(readability-identifier-naming)
                 double** J) const override {
-    ++evaluations_;
-    double* rows = J == nullptr ? nullptr : J[0];
-    if (!f_(z[0], r, rows)) return false;
-    const std::size_t n = fixed_.size();
-    for (std::size_t j = 0; rows != nullptr && j < n; ++j)
-      for (int i = 0; fixed_[j] && i < num_residuals(); ++i) rows[i * n + j] = 0.0;
+    if (J == nullptr) ++steps_;
+    const auto n = static_cast<int>(fixed_.size());
+    if (!known_.find(z[0], n, steps_ == 0 || steps_ < iterations_)) return false;
+    std::ranges::copy(known_.r(), r);
+    if (J == nullptr || J[0] == nullptr) return true;
+    std::ranges::copy(known_.jacobian(), J[0]);
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; fixed_[j] && i < num_residuals(); ++i) J[0][i * n + j] = 0.0;
     return true;
   }
 
  private:
-  const Residuals& f_;
+  Known& known_;
   const Fixed& fixed_;
-  int& evaluations_;
+  int iterations_;
+  mutable int steps_ = 0;  // tried so far
 };
 
 /// Ends a search that is no longer wanted.
@@ -85,11 +124,11 @@ std::string reason(const ceres::Solver::Summary& summary) {
 }
 
 /// Goes on from minimum.z.
-void descend(const Variables& variables, int residuals, const Residuals& f, const Fixed& fixed,
+void descend(const Variables& variables, Known& known, const Fixed& fixed,
              const SearchLimits& limits, Minimum& minimum) {
   ceres::Problem problem;
   double* z = minimum.z.data();
-  problem.AddResidualBlock(new Block(residuals, f, fixed, minimum.evaluations), nullptr, z);
+  problem.AddResidualBlock(new Block(known, fixed, limits.iterations), nullptr, z);
   for (int j = 0; j < static_cast<int>(minimum.z.size()); ++j) {
     if (std::isfinite(variables.lower[j])) problem.SetParameterLowerBound(z, j, variables.lower[j]);
     if (std::isfinite(variables.upper[j])) problem.SetParameterUpperBound(z, j, variables.upper[j]);
@@ -119,17 +158,19 @@ Minimum least_squares(const Variables& variables, int residuals, const Residuals
   Minimum minimum;
   minimum.z = variables.start;
   minimum.cost = kInfinite;
+  const auto variable_count = static_cast<int>(minimum.z.size());
+  Known known(f, residuals, variable_count);
   // Ceres prints to standard error where the very first evaluation fails.
-  std::vector<double> r(residuals);
-  if (!f(minimum.z.data(), r.data(), nullptr)) {
+  if (!known.find(minimum.z.data(), variable_count, true)) {
     minimum.termination = "the start cannot be simulated";
     return minimum;
   }
-  descend(variables, residuals, f, Fixed(minimum.z.size(), false), limits, minimum);
+  descend(variables, known, Fixed(minimum.z.size(), false), limits, minimum);
   // A step that a bound cuts short is a poor step for the other variables: they go on alone.
   const Fixed fixed = on_bounds(variables, minimum.z);
   if (std::ranges::find(fixed, true) != fixed.end())
-    descend(variables, residuals, f, fixed, limits, minimum);
+    descend(variables, known, fixed, limits, minimum);
+  minimum.evaluations = known.evaluations();
   return minimum;
 }
 
