@@ -8,6 +8,7 @@
 #include "armukf/batch/experiment.hpp"
 #include "armukf/batch/identify.hpp"
 #include "armukf/batch/prediction.hpp"
+#include "armukf/batch/searches.hpp"
 #include "armukf/batch/sensitivity.hpp"
 
 namespace armukf {
@@ -173,6 +174,26 @@ TEST(Identify, FindsNoiseByPrediction) {
   EXPECT_LT(std::pow(found.noise->rmse, 2), found.mse);
   settings.criterion = Criterion::kSimulation;
   EXPECT_FALSE(identify(published_arm(), {record}, settings).noise.has_value());
+}
+
+TEST(LikeliestPredictions, AreNoLongerSoughtWhereTheCallerEndsIt) {
+  const std::vector<Record> records{{"noisy", noisy_samples(2000)}};
+  const InitialChoice initial = prediction_choice(published_arm());
+  const Propagation propagation;
+  const SearchTask task{records, initial, propagation, {}};
+  const auto search = [&](bool ends, int& rounds) {
+    return searched_for_predictions_near(published_arm(), {}, task, [&](const FoundMinimum&) {
+      ++rounds;
+      return ends;
+    });
+  };
+  int one = 0;
+  const FoundMinimum first = search(true, one);
+  int all = 0;
+  const FoundMinimum last = search(false, all);
+  EXPECT_EQ(one, 1);
+  EXPECT_GT(all, 1);
+  EXPECT_LT(last.loss, first.loss);
 }
 
 }  // namespace

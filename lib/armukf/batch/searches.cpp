@@ -116,7 +116,8 @@ FoundMinimum searched_for_simulation(const Model& model, const StatesOfPieces& x
 }
 
 FoundMinimum searched_for_predictions_near(const Model& model, const StatesOfPieces& x0,
-                                           const SearchTask& task) {
+                                           const SearchTask& task,
+                                           const std::function<bool(const FoundMinimum&)>& ends) {
   constexpr int kRounds = 6;
   constexpr double kNoLikelier = 0.1;
   SearchPath path;
@@ -128,7 +129,7 @@ FoundMinimum searched_for_predictions_near(const Model& model, const StatesOfPie
     noise = likeliest_noise(path.last.model, beginning_of(path.last.model, path.last.x0, task),
                             task.records, task.propagation, noise);
     path.add(searched_with(*noise, path.last.model, path.last.x0, task));
-    if (!(path.best.loss < before - kNoLikelier)) break;
+    if (!(path.best.loss < before - kNoLikelier) || (ends && ends(path.best))) break;
   }
   return path.result();
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -50,9 +51,11 @@ FoundMinimum searched_for_simulation(const Model& model, const StatesOfPieces& x
                                      const SearchTask& task);
 
 /// The likeliest predictions one sample ahead: from where the model stands, the likeliest noise
-/// there, then the likeliest model with that noise's gains, until it becomes no likelier.
-FoundMinimum searched_for_predictions_near(const Model& model, const StatesOfPieces& x0,
-                                           const SearchTask& task);
+/// there, then the likeliest model with that noise's gains, until it becomes no likelier; or until
+/// `ends` says of what such a round has found that no other is wanted.
+FoundMinimum searched_for_predictions_near(
+    const Model& model, const StatesOfPieces& x0, const SearchTask& task,
+    const std::function<bool(const FoundMinimum&)>& ends = {});
 
 /// The same from two sides, of which the likelier one counts: from the best simulation, since a
 /// filter whose gains are too high sees nothing and is led away; and from high gains to low ones,

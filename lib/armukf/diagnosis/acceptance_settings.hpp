@@ -18,6 +18,8 @@ struct AcceptanceSettings {
   /// or too little to be seen one sample ahead, they are correlated by 0.01 to 0.05; of real
   /// records by a half.
   double most_correlation = 0.1;
+  /// Between those of the first, rough fit, beyond which no better one is made.
+  double hopeless_correlation = 0.3;
 };
 
 }  // namespace armukf

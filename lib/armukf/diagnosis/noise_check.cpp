@@ -78,17 +78,27 @@ NoiseCheck::NoiseCheck(const Explained& now, const TraceRecords& records)
 bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
   if (!base_) {
     const Model& model = now_.fit.model;
-    base_ = likeliest(model, states_before(model, pieces_, records_.propagation));
-    const InitialChoice initial = prediction_choice(model);
-    const OutputError error(base_->model, pieces_, initial, records_.propagation, base_->gains);
-    correlation_ = largest_correlation(error.residuals(base_->minimum.z.data()));
+    base_ = likeliest(model, states_before(model, pieces_, records_.propagation),
+                      [&](const FoundMinimum& found) {
+                        correlation_ = correlation_at(found);
+                        return correlation_ > settings.hopeless_correlation;
+                      });
+    correlation_ = correlation_at(*base_);
   }
   return correlation_ <= settings.most_correlation;
 }
 
-FoundMinimum NoiseCheck::likeliest(const Model& model, const StatesOfPieces& x0) const {
+double NoiseCheck::correlation_at(const FoundMinimum& found) const {
+  const InitialChoice initial = prediction_choice(found.model);
+  const OutputError error(found.model, pieces_, initial, records_.propagation, found.gains);
+  return largest_correlation(error.residuals(found.minimum.z.data()));
+}
+
+FoundMinimum NoiseCheck::likeliest(const Model& model, const StatesOfPieces& x0,
+                                   const std::function<bool(const FoundMinimum&)>& ends) const {
   const InitialChoice initial = prediction_choice(model);
-  return searched_for_predictions_near(model, x0, task_of(initial, pieces_, records_.propagation));
+  return searched_for_predictions_near(model, x0, task_of(initial, pieces_, records_.propagation),
+                                       ends);
 }
 
 std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -53,7 +54,11 @@ class NoiseCheck {
   /// Whether the base's innovations can be noise alone. Makes that base, once.
   bool noise_can_be_all(const AcceptanceSettings& settings);
 
-  FoundMinimum likeliest(const Model& model, const StatesOfPieces& x0) const;
+  FoundMinimum likeliest(const Model& model, const StatesOfPieces& x0,
+                         const std::function<bool(const FoundMinimum&)>& ends = {}) const;
+
+  /// Largest, of what that minimum leaves.
+  double correlation_at(const FoundMinimum& found) const;
 
   const Explained& now_;
   const TraceRecords& records_;
