@@ -20,11 +20,14 @@ using Fixed = std::vector<bool>;
 class Known {
  public:
   Known(const Residuals& f, int residuals, int variables)
-      : f_(f), r_(residuals), jacobian_(static_cast<std::size_t>(residuals) * variables) {}
+      : f_(f),
+        variables_(variables),
+        r_(residuals),
+        jacobian_(static_cast<std::size_t>(residuals) * variables) {}
 
   /// Whether z makes sense. with_jacobian: it is to be that of z.
-  bool find(const double* z, int variables, bool with_jacobian) {
-    const std::vector<double> at(z, z + variables);
+  bool find(const double* z, bool with_jacobian) {
+    const std::vector<double> at(z, z + variables_);
     if (at == at_ && (its_jacobian_ || !with_jacobian)) return valid_;
     at_ = at;
     its_jacobian_ = with_jacobian;
@@ -39,6 +42,7 @@ class Known {
 
  private:
   const Residuals& f_;
+  int variables_;
   std::vector<double> at_;
   std::vector<double> r_;
   std::vector<double> jacobian_;
@@ -65,11 +69,11 @@ class Block final : public ceres::CostFunction {
   bool Evaluate(const double* const* z, double* r,  // NOLINT(readability-identifier-naming)
                 double** J) const override {
     if (J == nullptr) ++steps_;
-    const auto n = static_cast<int>(fixed_.size());
-    if (!known_.find(z[0], n, steps_ == 0 || steps_ < iterations_)) return false;
+    if (!known_.find(z[0], steps_ == 0 || steps_ < iterations_)) return false;
     std::ranges::copy(known_.r(), r);
     if (J == nullptr || J[0] == nullptr) return true;
     std::ranges::copy(known_.jacobian(), J[0]);
+    const auto n = static_cast<int>(fixed_.size());
     for (int j = 0; j < n; ++j)
       for (int i = 0; fixed_[j] && i < num_residuals(); ++i) J[0][i * n + j] = 0.0;
     return true;
@@ -158,10 +162,9 @@ Minimum least_squares(const Variables& variables, int residuals, const Residuals
   Minimum minimum;
   minimum.z = variables.start;
   minimum.cost = kInfinite;
-  const auto variable_count = static_cast<int>(minimum.z.size());
-  Known known(f, residuals, variable_count);
+  Known known(f, residuals, static_cast<int>(minimum.z.size()));
   // Ceres prints to standard error where the very first evaluation fails.
-  if (!known.find(minimum.z.data(), variable_count, true)) {
+  if (!known.find(minimum.z.data(), true)) {
     minimum.termination = "the start cannot be simulated";
     return minimum;
   }
