@@ -182,7 +182,7 @@ TEST(LikeliestPredictions, AreNoLongerSoughtWhereTheCallerEndsIt) {
   const Propagation propagation;
   const SearchTask task{records, initial, propagation, {}};
   const auto search = [&](bool ends, int& rounds) {
-    return searched_for_predictions_near(published_arm(), {}, task, [&](const FoundMinimum&) {
+    return searched_for_predictions_near(published_arm(), {}, task, {}, [&](const FoundMinimum&) {
       ++rounds;
       return ends;
     });

@@ -48,6 +48,7 @@ TEST(Acceptance, LetsTheLikelihoodDecideWhereNoiseCanBeAll) {
   Evidence evidence = lower_at(kFar, 0.01);
   EXPECT_NE(refusal(evidence, {}), "");
   evidence.likelihood_gain = 12.0;
+  evidence.scatter_p = 0.003;
   EXPECT_EQ(refusal(evidence, {}), "");
   for (const Horizon horizon : {kNear, kMiddle, kFar, kLast}) {
     Evidence harmful = evidence;
@@ -56,6 +57,15 @@ TEST(Acceptance, LetsTheLikelihoodDecideWhereNoiseCanBeAll) {
   }
   evidence.p_value = 0.5;
   EXPECT_NE(refusal(evidence, {}), "");
+}
+
+TEST(Acceptance, BelievesNoLikelihoodWhoseSizeScatters) {
+  Evidence evidence = lower_at(kFar, 0.01);
+  evidence.likelihood_gain = 12.0;
+  evidence.scatter_p = 0.28;
+  EXPECT_EQ(refusal(evidence, {}),
+            "makes the records likelier, but its size scatters from one part of them to the next: "
+            "p 0.28");
 }
 
 TEST(Acceptance, RefusesWhatHelpsInOneStretchOnly) {

@@ -53,6 +53,14 @@ TEST(Held, IsWhatTheSlowFitHasBrought) {
   EXPECT_TRUE(kept_as_they_are(set_free(slow.model, held), held).parameter("torque_bias").known);
 }
 
+TEST(Held, LosesWhatOnlyAnEffectThatGoesHadSetFree) {
+  Model model = published_arm();
+  const Held held{{"torque_bias", 0.01}, {"Fc", 0.02}};
+  EXPECT_EQ(unknown_in(model, held), Held{});
+  model.add_effect("torque_bias");
+  EXPECT_EQ(unknown_in(model, held), (Held{{"torque_bias", 0.01}}));
+}
+
 TEST(Without, LeavesTheOthersAsTheyAre) {
   const Model base = published_arm();
   Model full = base;

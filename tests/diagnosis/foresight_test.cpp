@@ -54,8 +54,9 @@ TEST(FitForesight, TellsParametersAndHowFarTheyAre) {
   ASSERT_EQ(fit.sd.size(), fit.fitted.size());
   ASSERT_EQ(fit.left_out.size(), static_cast<std::size_t>(kForesightBlocks));
   const int motor = truth.index_of("a_m");
-  const Distance near = distance(fit, {motor}, {truth.parameters[motor].value});
-  const Distance far = distance(fit, {motor}, {1.5 * truth.parameters[motor].value});
+  const Distance near = distance(fit.model, fit.scatter, {motor}, {truth.parameters[motor].value});
+  const Distance far =
+      distance(fit.model, fit.scatter, {motor}, {1.5 * truth.parameters[motor].value});
   EXPECT_EQ(near.directions, 1);
   EXPECT_LT(near.squared, 30.0);
   EXPECT_GT(far.squared, 1000.0);

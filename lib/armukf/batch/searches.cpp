@@ -117,13 +117,14 @@ FoundMinimum searched_for_simulation(const Model& model, const StatesOfPieces& x
 
 FoundMinimum searched_for_predictions_near(const Model& model, const StatesOfPieces& x0,
                                            const SearchTask& task,
+                                           const std::optional<FilterNoise>& near,
                                            const std::function<bool(const FoundMinimum&)>& ends) {
   constexpr int kRounds = 6;
   constexpr double kNoLikelier = 0.1;
   SearchPath path;
   path.last.model = model;
   path.last.x0 = x0;
-  std::optional<FilterNoise> noise;
+  std::optional<FilterNoise> noise = near;
   for (int round = 0; round < kRounds; ++round) {
     const double before = path.best.loss;
     noise = likeliest_noise(path.last.model, beginning_of(path.last.model, path.last.x0, task),

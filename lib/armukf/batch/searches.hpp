@@ -52,9 +52,11 @@ FoundMinimum searched_for_simulation(const Model& model, const StatesOfPieces& x
 
 /// The likeliest predictions one sample ahead: from where the model stands, the likeliest noise
 /// there, then the likeliest model with that noise's gains, until it becomes no likelier; or until
-/// `ends` says of what such a round has found that no other is wanted.
+/// `ends` says of what such a round has found that no other is wanted. near: noise that is looked
+/// for near to; else anywhere.
 FoundMinimum searched_for_predictions_near(
     const Model& model, const StatesOfPieces& x0, const SearchTask& task,
+    const std::optional<FilterNoise>& near = {},
     const std::function<bool(const FoundMinimum&)>& ends = {});
 
 /// The same from two sides, of which the likelier one counts: from the best simulation, since a

@@ -28,9 +28,14 @@ bool helps_at(Horizon horizon, const Evidence& e, const AcceptanceSettings& s) {
          steadiness(falls) >= s.least_steadiness;
 }
 
-/// Where the likelihood finds an effect, predictions are no worse at any horizon, and in sum
-/// better.
+/// Where the likelihood finds an effect, parts of the records agree on its size, and predictions
+/// are no worse at any horizon, and in sum better.
 std::string against_likelihood(const Evidence& e, const AcceptanceSettings& s) {
+  if (!(e.scatter_p <= s.most_scatter_p))
+    return fmt::format(
+        "makes the records likelier, but its size scatters from one part of them to "
+        "the next: p {:.2g}",
+        e.scatter_p);
   for (const Horizon h : {kMiddle, kFar, kLast})
     for (const Witness& w : e.witnesses)
       if (!(w.help(h) >= -s.most_harm))

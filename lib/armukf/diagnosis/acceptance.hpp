@@ -35,6 +35,10 @@ struct Evidence {
   /// By which it raises the log-likelihood one sample ahead, if noise can be all else: then that is
   /// the sharpest test there is, and the witnesses need only not speak against the effect.
   std::optional<double> likelihood_gain;
+  /// That chance alone leads the sizes of the likeliest fit as far from none, by how that fit
+  /// scatters between parts of the records: the likelihood takes the torque's noise for white, and
+  /// what has another colour for more than it is.
+  double scatter_p = 1.0;
   std::string at_bound;  // a shape's name that the fit has pressed against its least value
   std::vector<Witness> witnesses;
 

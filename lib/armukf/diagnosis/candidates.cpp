@@ -9,7 +9,6 @@
 
 #include "armukf/batch/initial_states.hpp"
 #include "armukf/core/parallel.hpp"
-#include "armukf/core/statistics.hpp"
 #include "armukf/diagnosis/ahead_score.hpp"
 
 namespace armukf {
@@ -23,10 +22,9 @@ constexpr std::size_t kBegun = 16;   // effects that are gone on with at all
 constexpr std::size_t kRefits = 12;  // effects of a round that are fitted to the end and judged
 constexpr std::size_t kSurelyJudged = 4;  // of them, whatever they promise
 constexpr double kLeastFall = 0.01;       // of the level where it is fitted: less is none elsewhere
-constexpr double kScatterFreedom = 2.0 * kForesightBlocks - 1.0;  // of ForesightFit::sd
-constexpr double kSameLevel = 0.02;                               // of two minima
-constexpr double kBetterMinimum = 0.005;                          // by that in level
-constexpr double kPerParameter = 0.03;  // of the merit, the price of each further parameter
+constexpr double kSameLevel = 0.02;       // of two minima
+constexpr double kBetterMinimum = 0.005;  // by that in level
+constexpr double kPerParameter = 0.03;    // of the merit, the price of each further parameter
 
 Explained with_errors(ForesightFit fit, const TraceRecords& records) {
   Explained result;
@@ -165,16 +163,6 @@ std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
   return begun;
 }
 
-/// How far the effect is from none.
-Distance distance_from_none(const Trial& trial, const Model& before, const ForesightFit& fit) {
-  std::vector<double> none;
-  for (const int i : trial.sizes) {
-    const bool was_known = i < static_cast<int>(before.parameters.size());
-    none.push_back(was_known ? before.parameters[i].value : 0.0);
-  }
-  return distance(fit, trial.sizes, none);
-}
-
 /// Name of a shape of the newest effect that is at its lower bound; empty if none is.
 std::string shape_at_bound(const Model& model) {
   constexpr double kClose = 0.01;
@@ -199,12 +187,9 @@ void judge(const Explained& now, const TraceRecords& records, const Looks& looks
   if (!records.validation.empty())
     evidence.witnesses.push_back({"the validation record", now.validation,
                                   refit.explained.validation, records.validation_guards});
-  const Distance from_none = distance_from_none(refit.trial, now.fit.model, fit);
+  const Distance from_none = distance_from_none(refit.trial, now.fit.model, fit.model, fit.scatter);
   evidence.statistic = from_none.squared;
-  if (from_none.directions > 0)
-    evidence.p_value =
-        corrected(hotelling_tail(from_none.squared, from_none.directions, kScatterFreedom),
-                  refit.trial.effect, looks);
+  evidence.p_value = corrected(from_none.p_value(), refit.trial.effect, looks);
   evidence.at_bound = shape_at_bound(fit.model);
   refit.parameters = static_cast<int>(fit.model.unknowns().size()) -
                      static_cast<int>(now.fit.model.unknowns().size());
@@ -288,6 +273,16 @@ bool improve(Explained& now, const std::vector<Refit>& refits, const TraceRecord
 }
 
 }  // namespace
+
+Distance distance_from_none(const Trial& trial, const Model& before, const Model& fit,
+                            const Scatter& scatter) {
+  std::vector<double> none;
+  for (const int i : trial.sizes) {
+    const bool was_known = i < static_cast<int>(before.parameters.size());
+    none.push_back(was_known ? before.parameters[i].value : 0.0);
+  }
+  return distance(fit, scatter, trial.sizes, none);
+}
 
 Explained explained(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
                     double density) {

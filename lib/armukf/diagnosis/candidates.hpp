@@ -56,6 +56,10 @@ struct Refit {
 /// these the one of most merit. Null if nothing counts.
 const Refit* best_found(const std::vector<Refit>& refits);
 
+/// How far an effect that was fitted is from none of it, by how that fit scatters.
+Distance distance_from_none(const Trial& trial, const Model& before, const Model& fit,
+                            const Scatter& scatter);
+
 /// An effect fitted from there to the end, and judged against the model as it stands.
 Refit refitted(const Trial& trial, const Model& from, const StatesOfPieces& x0,
                const Explained& now, const Looks& looks, const TraceRecords& records,

@@ -29,6 +29,15 @@ Model kept_as_they_are(Model model, const Held& held) {
   return model;
 }
 
+Held unknown_in(const Model& model, Held held) {
+  const std::vector<int> unknown = model.unknowns();
+  std::erase_if(held, [&](const auto& kept) {
+    return std::ranges::none_of(unknown,
+                                [&](int i) { return model.parameters[i].name == kept.first; });
+  });
+  return held;
+}
+
 Explained fitted_together(const Explained& now, const Held& held, const TraceRecords& records,
                           double density) {
   return explained(set_free(now.fit.model, held), now.fit.x0, records, density);

@@ -25,6 +25,9 @@ void hold(const Model& before, ForesightFit& slow, Held& held);
 Model set_free(Model model, const Held& held);
 Model kept_as_they_are(Model model, const Held& held);
 
+/// Those of them that are unknown in a model.
+Held unknown_in(const Model& model, Held held);
+
 /// A fit that tells them all.
 Explained fitted_together(const Explained& now, const Held& held, const TraceRecords& records,
                           double density);

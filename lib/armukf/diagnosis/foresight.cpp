@@ -18,8 +18,6 @@
 namespace armukf {
 namespace {
 
-constexpr int kParts = 2 * kForesightBlocks;  // whose scatter tells the deviations
-
 /// The filter settles within a second; of a short piece the second half counts in any case.
 std::size_t first_that_counts(const Record& piece) {
   constexpr double kSettledS = 1.0;
@@ -35,11 +33,6 @@ StatesOfPieces at_rest(const Model& model, const std::vector<Record>& pieces) {
   for (const Record& piece : pieces)
     x0.push_back(initial_guess(model, prediction_choice(model), piece.samples));
   return x0;
-}
-
-/// Of one of so many parts, which are those of block_of where there are as many.
-Eigen::Index first_row(Eigen::Index rows, int part, int parts) {
-  return (rows * part + parts - 1) / parts;
 }
 
 /// One Gauss-Newton step on a half of the rows; what that half cannot tell stays, with an infinite
@@ -98,37 +91,31 @@ void judge(const OutputError& error, const Variables& variables, const Minimum& 
   fit.left_out.assign(kForesightBlocks, fit.model);
   const OutputError::Evaluation at = error.evaluate(minimum.z.data());
   if (!at.valid) return;
-  const Eigen::Index rows = at.r.size();
-  const Eigen::Index n = at.J.cols();
-  const auto slope_of = [&](int part, int parts) -> Eigen::VectorXd {
-    const Eigen::Index first = first_row(rows, part, parts);
-    const Eigen::Index count = first_row(rows, part + 1, parts) - first;
-    return at.J.middleRows(first, count).transpose() * at.r.segment(first, count);
-  };
+  fit.scatter = scatter_of(at);
+  const auto& [information, slopes] = fit.scatter;
   const Eigen::MatrixXd inverse = inverse_information(at.J);
-  fit.slopes.resize(n, kParts);
-  for (int part = 0; part < kParts; ++part) fit.slopes.col(part) = slope_of(part, kParts);
   const Eigen::MatrixXd all =
-      inverse * fit.slopes * fit.slopes.transpose() * inverse * kParts / (kParts - 1.0);
+      inverse * slopes * slopes.transpose() * inverse * kScatterParts / (kScatterParts - 1.0);
   fit.covariance = all.topLeftCorner(error.unknowns(), error.unknowns());
   for (int i = 0; i < error.unknowns(); ++i) fit.sd[i] = std::sqrt(fit.covariance(i, i));
 
   for (int half = 0; half < 2; ++half)
-    fit.halves[half] = half_estimates(error, minimum, at.J, fit.slopes, half);
+    fit.halves[half] = half_estimates(error, minimum, at.J, slopes, half);
 
-  fit.information = at.J.transpose() * at.J;
-  const Eigen::VectorXd scale =
-      fit.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::VectorXd slope = at.J.transpose() * at.r;
+  const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::VectorXd slope = slopes.rowwise().sum();
+  constexpr int kPartsOfBlock = kScatterParts / kForesightBlocks;
   for (int block = 0; block < kForesightBlocks; ++block) {
-    const Eigen::Index first = first_row(rows, block, kForesightBlocks);
-    const auto its = at.J.middleRows(first, first_row(rows, block + 1, kForesightBlocks) - first);
+    const Eigen::Index first = first_row(at.r.size(), block, kForesightBlocks);
+    const Eigen::Index end = first_row(at.r.size(), block + 1, kForesightBlocks);
+    const auto its = at.J.middleRows(first, end - first);
+    const Eigen::VectorXd its_slope =
+        slopes.middleCols(block * kPartsOfBlock, kPartsOfBlock).rowwise().sum();
     Eigen::MatrixXd rest =
-        scale.asDiagonal() * (fit.information - its.transpose() * its).eval() * scale.asDiagonal();
+        scale.asDiagonal() * (information - its.transpose() * its).eval() * scale.asDiagonal();
     rest.diagonal().array() += kRidge;
     const Eigen::VectorXd step =
-        scale.asDiagonal() *
-        symmetric_solution(rest, scale.asDiagonal() * (slope_of(block, kForesightBlocks) - slope));
+        scale.asDiagonal() * symmetric_solution(rest, scale.asDiagonal() * (its_slope - slope));
     const auto cost_of_others = [&](const Eigen::VectorXd& r) {
       return r.squaredNorm() - r.segment(first, its.rows()).squaredNorm();
     };
@@ -282,45 +269,6 @@ StatesOfPieces states_before(const Model& model, const std::vector<Record>& piec
     });
   }
   return all;
-}
-
-Distance distance(const ForesightFit& fit, const std::vector<int>& positions,
-                  const std::vector<double>& from) {
-  constexpr double kTold = 1e-4;  // of the largest eigenvalue: less is no information
-  if (fit.information.size() == 0) return {};
-  const std::vector<int>& unknowns = fit.fitted;
-  std::vector<Eigen::Index> own;
-  std::vector<Eigen::Index> others;
-  for (Eigen::Index i = 0; i < fit.information.rows(); ++i) {
-    const bool is_own = i < static_cast<Eigen::Index>(unknowns.size()) &&
-                        std::ranges::find(positions, unknowns[i]) != positions.end();
-    (is_own ? own : others).push_back(i);
-  }
-  const Eigen::VectorXd scale =
-      fit.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd scaled = scale.asDiagonal() * fit.information * scale.asDiagonal();
-  const Eigen::MatrixXd slopes = scale.asDiagonal() * fit.slopes;
-  // What the other unknowns can explain is not theirs.
-  const Eigen::MatrixXd projection =
-      shortest_solution(scaled(others, others), scaled(others, own)).transpose();
-  const Eigen::MatrixXd left = scaled(own, own) - projection * scaled(others, own);
-  const Eigen::MatrixXd left_slopes =
-      slopes(own, Eigen::all) - projection * slopes(others, Eigen::all);
-  Eigen::VectorXd step(own.size());
-  for (Eigen::Index k = 0; k < step.size(); ++k) {
-    const auto at = std::ranges::find(positions, unknowns[own[k]]) - positions.begin();
-    step[k] = (fit.model.parameters[positions[at]].value - from[at]) / scale[own[k]];
-  }
-  const SymmetricSpectrum spectrum = symmetric_spectrum(left);
-  const auto told =
-      (spectrum.values.array() > kTold * std::max(1e-12, spectrum.values.maxCoeff())).count();
-  if (told == 0) return {};
-  const Eigen::MatrixXd directions = spectrum.vectors.rightCols(told);
-  const Eigen::VectorXd score = directions.transpose() * (left * step);
-  const Eigen::MatrixXd parts = directions.transpose() * left_slopes;
-  const Eigen::MatrixXd covariance = parts * parts.transpose() * kParts / (kParts - 1.0);
-  const double squared = score.dot(symmetric_solution(covariance, score));
-  return {std::isfinite(squared) ? std::max(0.0, squared) : 0.0, static_cast<int>(told)};
 }
 
 double ForesightErrors::level() const {

@@ -7,6 +7,7 @@
 #include "armukf/batch/gains.hpp"
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/record.hpp"
+#include "armukf/diagnosis/scatter.hpp"
 #include "armukf/model/model.hpp"
 #include "armukf/ode/propagation.hpp"
 
@@ -56,19 +57,9 @@ struct ForesightFit {
   std::vector<double> sd;       // of these, by how they scatter between sixteenths
   Eigen::MatrixXd covariance;   // to go with it
   std::vector<Model> left_out;  // fitted without a block each, by one damped step from the minimum
-  Eigen::MatrixXd information;  // J'J of these, then of free initial states
-  Eigen::MatrixXd slopes;       // J'r of each sixteenth, a column each
+  Scatter scatter;
   std::array<HalfEstimates, 2> halves;  // of `fitted`
 };
-
-/// How far unknowns of a fit are from other values: Hotelling's T^2, by how the fit scatters from
-/// one sixteenth of the samples to the next, in the directions that the record can tell.
-struct Distance {
-  double squared = 0.0;
-  int directions = 0;
-};
-Distance distance(const ForesightFit& fit, const std::vector<int>& positions,
-                  const std::vector<double>& from);
 
 /// From the model's values and those initial states on (extended where the model has more).
 /// density: one of the three above. judged: with deviations and what is fitted without

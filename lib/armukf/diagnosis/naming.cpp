@@ -72,11 +72,7 @@ bool is_likelier(const Stead& stead) {
 /// The model with a rival in the stead of an effect, fitted as the round fitted that. rest: the
 /// model without either, all that is held set free.
 Explained replaced(const Model& rest, const Stead& stead, Held& held, const TraceRecords& records) {
-  const std::vector<int> unknown = rest.unknowns();
-  std::erase_if(held, [&](const auto& kept) {
-    return std::ranges::none_of(unknown,
-                                [&](int i) { return rest.parameters[i].name == kept.first; });
-  });
+  held = unknown_in(rest, std::move(held));
   const double density = stead.rival->explained.fit.density;
   const Model start = density == kSlowDensity ? stead.model : kept_as_they_are(stead.model, held);
   ForesightFit fit = explained(start, stead.x0, records, density).fit;

@@ -9,6 +9,7 @@
 #include <map>
 #include <tuple>
 
+#include "armukf/core/constants.hpp"
 #include "armukf/core/parallel.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/diagnosis/ahead_score.hpp"
@@ -78,7 +79,7 @@ NoiseCheck::NoiseCheck(const Explained& now, const TraceRecords& records)
 bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
   if (!base_) {
     const Model& model = now_.fit.model;
-    base_ = likeliest(model, states_before(model, pieces_, records_.propagation),
+    base_ = likeliest(model, states_before(model, pieces_, records_.propagation), {},
                       [&](const FoundMinimum& found) {
                         correlation_ = correlation_at(found);
                         return correlation_ > settings.hopeless_correlation;
@@ -88,17 +89,36 @@ bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
   return correlation_ <= settings.most_correlation;
 }
 
-double NoiseCheck::correlation_at(const FoundMinimum& found) const {
+double NoiseCheck::loss_without(const Model& with) const {
+  const Model start = with_values(now_.fit.model, with);
+  const FoundMinimum other =
+      likeliest(start, states_before(start, pieces_, records_.propagation), base_->noise);
+  return std::min(base_->loss, other.loss);
+}
+
+OutputError::Evaluation NoiseCheck::errors_at(const FoundMinimum& found, bool derivatives) const {
   const InitialChoice initial = prediction_choice(found.model);
   const OutputError error(found.model, pieces_, initial, records_.propagation, found.gains);
-  return largest_correlation(error.residuals(found.minimum.z.data()));
+  return error.evaluate(found.minimum.z.data(), derivatives);
+}
+
+double NoiseCheck::correlation_at(const FoundMinimum& found) const {
+  const OutputError::Evaluation at = errors_at(found, false);
+  return at.valid ? largest_correlation(at.r) : kInfinite;
+}
+
+double NoiseCheck::chance_at(const FoundMinimum& found, const Trial& trial) const {
+  const OutputError::Evaluation at = errors_at(found, true);
+  if (!at.valid) return 1.0;
+  return distance_from_none(trial, now_.fit.model, found.model, scatter_of(at)).p_value();
 }
 
 FoundMinimum NoiseCheck::likeliest(const Model& model, const StatesOfPieces& x0,
+                                   const std::optional<FilterNoise>& near,
                                    const std::function<bool(const FoundMinimum&)>& ends) const {
   const InitialChoice initial = prediction_choice(model);
   return searched_for_predictions_near(model, x0, task_of(initial, pieces_, records_.propagation),
-                                       ends);
+                                       near, ends);
 }
 
 std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
@@ -108,7 +128,9 @@ std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
                           with_values(refit.explained.fit.model, base_->model)};
   std::array<double, starts.size()> losses{};
   for_each_job(records_.threads, static_cast<int>(starts.size()), [&](int i) {
-    losses[i] = likeliest(starts[i], states_before(starts[i], pieces_, records_.propagation)).loss;
+    losses[i] =
+        likeliest(starts[i], states_before(starts[i], pieces_, records_.propagation), base_->noise)
+            .loss;
   });
   const double gain = base_->loss - *std::ranges::min_element(losses);
   const double p = corrected(chi_square_tail(2.0 * std::max(0.0, gain), refit.parameters),
@@ -127,16 +149,24 @@ std::vector<Refit> NoiseCheck::likelier(const std::vector<Trial>& trials, const 
   const std::vector<Promise> promises = promising(trials, score, looks, records_.threads);
   std::vector<Refit> refits(promises.size());
   for_each_job(records_.threads, static_cast<int>(promises.size()), [&](int i) {
-    const auto& [trial, suggestion, promised] = promises[i];
-    FoundMinimum found = likeliest(suggestion.model, suggestion.x0);
-    const double gain = base_->loss - found.loss;
+    const Trial& trial = *promises[i].trial;
+    const Suggestion& suggestion = promises[i].suggestion;
+    FoundMinimum found = likeliest(suggestion.model, suggestion.x0, base_->noise);
+    const auto more = static_cast<double>(found.model.unknowns().size()) -
+                      static_cast<double>(now_.fit.model.unknowns().size());
+    const auto p_of = [&](double gain) {
+      return corrected(chi_square_tail(2.0 * std::max(0.0, gain), more), trial.effect, looks);
+    };
+    double gain = base_->loss - found.loss;
+    if (p_of(gain) <= settings.most_p) gain = loss_without(found.model) - found.loss;
+    const double scatter_p = chance_at(found, trial);
     found.x0.resize(records_.estimation.size());
     Refit& refit = refits[i];
-    refit = refitted(*trial, found.model, found.x0, now_, looks, records_, settings);
+    refit = refitted(trial, found.model, found.x0, now_, looks, records_, settings);
     refit.evidence.likelihood_gain = gain;
+    refit.evidence.scatter_p = scatter_p;
     refit.evidence.statistic = 2.0 * gain;
-    refit.evidence.p_value = corrected(chi_square_tail(2.0 * std::max(0.0, gain), refit.parameters),
-                                       trial->effect, looks);
+    refit.evidence.p_value = p_of(gain);
     refit.refusal = armukf::refusal(refit.evidence, settings);
     refit.beyond_noise = true;
   });
@@ -157,7 +187,8 @@ std::vector<Stead> NoiseCheck::instead(const Model& rest, const std::vector<Refi
   std::vector<Stead> steads(rivals.size());
   for_each_job(records_.threads, static_cast<int>(rivals.size()), [&](int i) {
     const Model start = with_rival(rest, rivals[i]);
-    FoundMinimum found = likeliest(start, states_before(start, pieces_, records_.propagation));
+    FoundMinimum found =
+        likeliest(start, states_before(start, pieces_, records_.propagation), base_->noise);
     const double more = static_cast<double>(found.model.unknowns().size()) - unknowns;
     found.x0.resize(records_.estimation.size());
     steads[i] = {&rivals[i], std::move(found.model), std::move(found.x0),

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "armukf/batch/output_error.hpp"
 #include "armukf/batch/searches.hpp"
 #include "armukf/diagnosis/acceptance_settings.hpp"
 #include "armukf/diagnosis/candidates.hpp"
@@ -54,11 +55,22 @@ class NoiseCheck {
   /// Whether the base's innovations can be noise alone. Makes that base, once.
   bool noise_can_be_all(const AcceptanceSettings& settings);
 
+  /// near: noise that theirs is looked for near to; else anywhere.
   FoundMinimum likeliest(const Model& model, const StatesOfPieces& x0,
+                         const std::optional<FilterNoise>& near,
                          const std::function<bool(const FoundMinimum&)>& ends = {}) const;
+
+  /// -ln of the likelihood of the model as it stands, also from where a fit with an effect has led
+  /// the arm: what that gained by leaving a poor minimum is not the effect's.
+  double loss_without(const Model& with) const;
+
+  OutputError::Evaluation errors_at(const FoundMinimum& found, bool derivatives) const;
 
   /// Largest, of what that minimum leaves.
   double correlation_at(const FoundMinimum& found) const;
+
+  /// That chance alone leads the trial's effect there as far from none.
+  double chance_at(const FoundMinimum& found, const Trial& trial) const;
 
   const Explained& now_;
   const TraceRecords& records_;

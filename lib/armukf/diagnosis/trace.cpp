@@ -9,15 +9,14 @@
 #include <set>
 #include <utility>
 
-#include "armukf/batch/pieces.hpp"
 #include "armukf/batch/simulation.hpp"
+#include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
-#include "armukf/core/parallel.hpp"
 #include "armukf/core/residual_tests.hpp"
-#include "armukf/core/statistics.hpp"
 #include "armukf/diagnosis/candidates.hpp"
 #include "armukf/diagnosis/completion.hpp"
 #include "armukf/diagnosis/consistency.hpp"
+#include "armukf/diagnosis/finish.hpp"
 #include "armukf/diagnosis/naming.hpp"
 #include "armukf/diagnosis/noise_check.hpp"
 #include "armukf/diagnosis/portrait.hpp"
@@ -28,136 +27,15 @@ namespace armukf {
 namespace {
 
 constexpr int kLong = 60;              // iterations to the end of a plain fit
-constexpr int kShort = 10;             // where only a block has gone
-constexpr double kNoHelp = 0.01;       // an effect worth less of every error goes again
 constexpr double kHopelessFit = 20.0;  // percent, of a simulation
 constexpr double kForetoldFit = 50.0;  // percent, of predictions over 200 samples
 constexpr double kMoreLeft = 1.5;      // times, of the validation's error over the estimation's
-
-/// A model as a plain simulation: fitted to the estimation pieces, and on what judges it.
-struct Simulated {
-  FittedModel estimation;
-  FittedModel validation;
-};
-
-/// Initial states of `fewer`, by name, from those of `full`.
-StatesOfPieces states_by_name(const Model& fewer, const Model& full, const StatesOfPieces& x0) {
-  StatesOfPieces result(x0.size());
-  for (const Coordinate& state : fewer.states) {
-    const auto at = std::ranges::find(full.states, state.name, &Coordinate::name);
-    for (std::size_t e = 0; e < x0.size(); ++e)
-      result[e].push_back(x0[e][at - full.states.begin()]);
-  }
-  return result;
-}
-
-/// Takes out again what no longer helps; what is taken out was not accepted in the end.
-void remove_idle(const Model& base, const std::vector<ForesightFit>& bases, Diagnosis& diagnosis,
-                 Explained& now, const TraceRecords& records) {
-  for (std::size_t i = 0; diagnosis.effects.size() > 1 && i < diagnosis.effects.size();) {
-    const std::string effect = diagnosis.effects[i].effect;
-    ForesightFit fewer;
-    fewer.model = without(now.fit.model, base, effect, diagnosis.effects);
-    fewer.density = now.fit.density;
-    fewer.x0 = states_by_name(fewer.model, now.fit.model, now.fit.x0);
-    const Explained rest = best_explained(fewer, bases, records);
-    if (!as_well(rest, now, kMiddle, !records.validation.empty(), kNoHelp)) {
-      ++i;
-      continue;
-    }
-    now = rest;
-    for (Candidate& candidate : diagnosis.candidates) {
-      if (candidate.effect != effect || !candidate.accepted) continue;
-      candidate.accepted = false;
-      candidate.refused_because = "no longer helps beside what was found after it";
-    }
-    diagnosis.effects.erase(diagnosis.effects.begin() + static_cast<std::ptrdiff_t>(i));
-  }
-}
-
-/// Each block simulated by the model as it is fitted to the others.
-FittedModel without_each_block(const FittedModel& fit, const TraceRecords& records) {
-  const Blocks blocks = blocks_of(records.estimation);
-  const StatesOfPieces placed_x0 =
-      placed(fit.model, blocks.pieces, records.propagation, records.threads).x0;
-  std::vector<Model> models(kForesightBlocks, fit.model);
-  for_each_job(records.threads, kForesightBlocks, [&](int block) {
-    std::vector<Record> others;
-    StatesOfPieces x0;
-    for (std::size_t i = 0; i < blocks.pieces.size(); ++i) {
-      if (blocks.block[i] == block) continue;
-      others.push_back(blocks.pieces[i]);
-      x0.push_back(placed_x0[i]);
-    }
-    models[block] = fitted(fit.model, x0, others, records.propagation, kShort).model;
-  });
-  std::vector<Model> of_pieces;
-  for (const int block : blocks.block) of_pieces.push_back(models[block]);
-  FittedModel all = placed(of_pieces, blocks.pieces, records.propagation, records.threads);
-  all.model = fit.model;
-  all.parameters = fit.parameters;
-  return all;
-}
-
-/// What judges, and how the fitted model does there.
-FittedModel judged(const FittedModel& fit, const TraceRecords& records) {
-  return records.validation_judges()
-             ? placed(fit.model, records.validation, records.propagation, records.threads)
-             : without_each_block(fit, records);
-}
-
-FittedModel plain(const Explained& now, const TraceRecords& records) {
-  return placed(now.fit.model, records.estimation, records.propagation, records.threads);
-}
 
 /// A further start of the plain fit: what foretells best may lie in a better minimum of the
 /// simulation as well.
 void add_start(const Explained& start, const TraceRecords& records, BaseFit& base) {
   const FittedModel at = plain(start, records);
   base.add(fitted(at.model, at.x0, records.estimation, records.propagation, kLong));
-}
-
-/// As a simulation, with what is known of the unknowns.
-FittedModel simulated_from(const Explained& now, const Held& held, const TraceRecords& records) {
-  FittedModel simulated = plain(now, records);
-  const std::vector<int>& fitted = now.fit.fitted;
-  std::vector<std::ptrdiff_t> places;  // of its unknowns among those fitted; -1: held
-  for (std::size_t i = 0; i < simulated.model.parameters.size(); ++i) {
-    Parameter& p = simulated.model.parameters[i];
-    const auto at = std::ranges::find(fitted, static_cast<int>(i)) - fitted.begin();
-    const bool told = at < static_cast<std::ptrdiff_t>(fitted.size());
-    const auto kept = held.find(p.name);
-    if (!told && kept == held.end()) continue;
-    const double sd = told ? now.fit.sd[at] : kept->second;
-    p.known = false;
-    simulated.parameters.push_back({static_cast<int>(i), p.value, sd, sd, sd, sd, false});
-    places.push_back(told ? at : -1);
-  }
-  const auto n = static_cast<int>(places.size());
-  simulated.covariance = SquareMatrix(n);
-  for (int i = 0; i < n; ++i) {
-    simulated.covariance(i, i) = std::pow(simulated.parameters[i].sd, 2);
-    for (int j = 0; j < n && places[i] >= 0; ++j)
-      if (j != i && places[j] >= 0)
-        simulated.covariance(i, j) = now.fit.covariance(places[i], places[j]);
-  }
-  return simulated;
-}
-
-/// The completed model as a simulation: with the values that the fast filter has told, with those
-/// of the slow one, or fitted once more as a plain simulation, whichever foretells best over the
-/// longest horizon what it was not fitted to.
-FittedModel finished(const Explained& now, const Held& held, const TraceRecords& records) {
-  const Explained slow = fitted_together(now, held, records, kSlowDensity);
-  const FittedModel start = simulated_from(slow, {}, records);
-  FittedModel refitted =
-      fitted(start.model, start.x0, records.estimation, records.propagation, kLong);
-  const Explained simulated = explained(refitted.model, slow.fit.x0, records, kSimulated);
-  const auto far = [&](const Explained& e) {
-    return (records.validation_judges() ? e.validation : e.estimation).all[kLast];
-  };
-  if (far(simulated) < std::min(far(slow), far(now))) return refitted;
-  return far(slow) < far(now) ? start : simulated_from(now, held, records);
 }
 
 /// angle: whether a model that it is compared with has effects of the motor's angle.
@@ -349,6 +227,8 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
             diagnosis.validated ? first.best.validation : first.best.estimation, diagnosis.judges,
             fmt::format("the model fitted to {}", records.estimation.front().name));
   diagnosis.base_validation = simulated.validation;
+  const Simulated without_any = simulated;
+  double least = kInfinite;  // of the errors of models with fewer effects
   std::vector<ForesightFit> bases = first.all;
   Explained now = first.best;
   const Model base = now.fit.model;
@@ -374,6 +254,7 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
     now = best_explained(fit, first.all, records);
     bases = {now.fit};
     const double before = simulated.validation.mse;
+    least = std::min(least, before);
     simulated.estimation = plain(now, records);
     simulated.validation = judged(simulated.estimation, records);
     const std::string& effect = chosen->trial.effect;
@@ -384,13 +265,12 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
     to_weigh[effect] = name.rivals;
   }
   say("removal", 0.9);
-  remove_idle(base, first.all, diagnosis, now, records);
+  const Completing completing{base, first.all, records, settings.acceptance};
+  remove_idle(completing, diagnosis, now, held);
   say("names", 0.93);
   if (!all_weighed) weigh_names(base, to_weigh, records, settings.acceptance, diagnosis, now, held);
-  if (!diagnosis.effects.empty()) {
-    simulated.estimation = finished(now, held, records);
-    simulated.validation = judged(simulated.estimation, records);
-  }
+  if (!diagnosis.effects.empty())
+    simulated = finished(completing, without_any, least, diagnosis, now, held);
   say("what is left", 0.95);
   diagnosis.after = simulated.estimation;
   diagnosis.after_validation = simulated.validation;

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <vector>
+
+#include "armukf/diagnosis/acceptance_settings.hpp"
+#include "armukf/diagnosis/base_fit.hpp"
+#include "armukf/diagnosis/candidates.hpp"
+#include "armukf/diagnosis/completion.hpp"
+#include "armukf/diagnosis/diagnosis.hpp"
+#include "armukf/diagnosis/trace_records.hpp"
+#include "armukf/model/model.hpp"
+
+/// The completed model as a simulation, and what does not belong into it.
+namespace armukf {
+
+/// A model as a plain simulation: fitted to the estimation pieces, and on what judges it.
+struct Simulated {
+  FittedModel estimation;
+  FittedModel validation;
+};
+
+/// As it is, but for the initial states.
+FittedModel plain(const Explained& now, const TraceRecords& records);
+
+/// What judges, the validation record or each block by the model as it is fitted to the others, and
+/// how the fitted model does there.
+FittedModel judged(const FittedModel& fit, const TraceRecords& records);
+
+/// What the model is completed from.
+struct Completing {
+  const Model& base;                       // without any effect that was found
+  const std::vector<ForesightFit>& bases;  // from whose values fits begin besides
+  const TraceRecords& records;
+  const AcceptanceSettings& settings;
+};
+
+/// Takes out again what no longer helps; what is taken out was not accepted in the end.
+void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& now, Held& held);
+
+/// The completed model, without what it turns out to have none of. Where a model with fewer effects
+/// came out far better on what judges, the effects follow something that the catalogue does not
+/// have, and would lead the model astray on other records: that with most parameters goes, until
+/// that is over or none is left. least: (rad/s)^2, of the errors there of models with fewer
+/// effects; without_any: the model without.
+Simulated finished(const Completing& completing, const Simulated& without_any, double least,
+                   Diagnosis& diagnosis, Explained& now, Held& held);
+
+}  // namespace armukf

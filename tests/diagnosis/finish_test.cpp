@@ -1,0 +1,97 @@
+#include "armukf/diagnosis/finish.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "armukf/core/constants.hpp"
+#include "diagnosis/noisy_record.hpp"
+
+namespace armukf {
+namespace {
+
+/// A diagnosis that has found these effects, before it finishes.
+struct Found {
+  TraceRecords records;
+  Model base = published_arm();
+  std::vector<ForesightFit> bases;
+  AcceptanceSettings settings;
+  Diagnosis diagnosis;
+  Explained now;
+  Held held;
+
+  Found(const Model& truth, const std::vector<std::string>& effects) {
+    records.estimation = {noisy_record(truth, 4000, 0.05, 0.3, 7)};
+    Model full = base;
+    for (const std::string& effect : effects) {
+      full.add_effect(effect);
+      diagnosis.effects.push_back({effect, 1e-4, 50.0, {}});
+      Candidate candidate;
+      candidate.effect = effect;
+      candidate.accepted = true;
+      diagnosis.candidates.push_back(candidate);
+    }
+    now = explained(full, {}, records, kForesightDensity);
+  }
+
+  /// least: (rad/s)^2, of models with fewer effects.
+  Simulated finish(double least) {
+    return finished({base, bases, records, settings}, {}, least, diagnosis, now, held);
+  }
+};
+
+Model biased() {
+  Model truth = published_estimate();
+  truth.add_effect("torque_bias");
+  truth.parameter("torque_bias").value = 0.3;
+  return truth;
+}
+
+TEST(Finished, KeepsWhatSimulatesBetterThanWithout) {
+  Found found(biased(), {"torque_bias"});
+  const Simulated simulated = found.finish(kInfinite);
+  ASSERT_EQ(found.diagnosis.effects.size(), 1u);
+  EXPECT_TRUE(found.diagnosis.candidates[0].accepted);
+  EXPECT_NEAR(simulated.estimation.model.parameter("torque_bias").value, 0.3, 0.1);
+  EXPECT_LT(simulated.validation.mse, 1.0);
+}
+
+TEST(Finished, IsWithoutAnyWhereFewerWereFarBetter) {
+  Found found(biased(), {"torque_bias"});
+  const Simulated simulated = found.finish(0.0);
+  EXPECT_TRUE(found.diagnosis.effects.empty());
+  EXPECT_TRUE(simulated.estimation.model.parameters.empty());  // the one without any, as given
+  EXPECT_FALSE(found.diagnosis.candidates[0].accepted);
+  EXPECT_NE(found.diagnosis.candidates[0].refused_because.find("leads the completed model astray"),
+            std::string::npos);
+}
+
+TEST(Finished, HasNoEffectOfWhichThereIsNone) {
+  // Friction can only brake; of an arm that has less of it than was known there is none.
+  Model truth = published_estimate();
+  truth.parameter("Fc").value *= 0.8;
+  Found found(truth, {"gear_friction"});
+  found.finish(kInfinite);
+  EXPECT_TRUE(found.diagnosis.effects.empty());
+  EXPECT_EQ(found.diagnosis.candidates[0].refused_because, "the completed model has none of it");
+}
+
+/// Five values of the friction, which so short a record hardly tells, beside one of a bias.
+TEST(Finished, TakesOutWhatHasMostUnknownsFirst) {
+  const std::vector<std::string> both{"friction_parameters", "torque_bias"};
+  const double alone = Found(biased(), {"torque_bias"}).finish(kInfinite).validation.mse;
+  const double together = Found(biased(), both).finish(kInfinite).validation.mse;
+  ASSERT_GT(together, alone);
+  Found found(biased(), both);
+  found.settings.most_harm_of_all = 0.0;
+  found.finish(0.5 * (together + alone));
+  ASSERT_EQ(found.diagnosis.effects.size(), 1u);
+  EXPECT_EQ(found.diagnosis.effects[0].effect, "torque_bias");
+  EXPECT_FALSE(found.diagnosis.candidates[0].accepted);
+  EXPECT_TRUE(found.diagnosis.candidates[1].accepted);
+}
+
+}  // namespace
+}  // namespace armukf
