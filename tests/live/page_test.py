@@ -121,8 +121,8 @@ class LivePage(BrowserCase):
         await self.drawn_up_to(0.7495)
         await self.page.value("document.getElementById('pause').click()")
         self.give(lines[1501:])
-        await self.page.wait_for("view.history.all().at(-1)[1] === 0.9995")
-        self.assertEqual(await self.page.value(DRAWN), 0.7495)
+        await self.page.wait_for("view.history.all().at(-1)[1] === 0.9995 && !view.due")
+        self.assertEqual(await self.page.value("view.bins.at(-1)[1]"), 0.7495)  # also while the next drawing is due
         await self.page.value("document.getElementById('pause').click()")
         await self.drawn_up_to(0.9995)
 
