@@ -40,13 +40,13 @@ TEST(Gains, MakeTheSimulationThePredictionOfTheFilter) {
   }
 }
 
-class Colour : public testing::TestWithParam<double> {};
+class Colour : public testing::TestWithParam<FilterNoise> {};
 
 TEST_P(Colour, DerivativesOfCorrectedSimulationsAreExact) {
   const Model model = published_estimate();
   const std::vector<Sample> samples = noisy_samples();
   const std::vector<double> x0 = rest(model, samples);
-  const Gains gains = filter_gains(model, x0, samples, {}, {0.1, GetParam()});
+  const Gains gains = filter_gains(model, x0, samples, {}, GetParam());
   const Directions all{model.unknowns(), {kTwistGear, kSpeedArm}};
   const Sensitivities found = sensitivities(model, x0, samples, {}, all, gains);
   for (int j = 0; j < static_cast<int>(all.parameters.size()); ++j) {
@@ -69,7 +69,9 @@ TEST_P(Colour, DerivativesOfCorrectedSimulationsAreExact) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Gains, Colour, testing::Values(0.0, 0.7));
+INSTANTIATE_TEST_SUITE_P(Gains, Colour,
+                         testing::Values(FilterNoise{0.1}, FilterNoise{0.1, 0.7},
+                                         FilterNoise{0.1, 0.7, 0.9, true}));
 
 TEST(Gains, OfASensorNoiseWithAColourSomeIsExpectedAgain) {
   constexpr double kPole = 0.7;
@@ -113,12 +115,14 @@ TEST(Gains, TheFilterFollowsMoreWhereTheTorqueIsNoisier) {
 }
 
 /// In closed loop: the controller sees the sensor's noise.
-Record coloured_record(double sensor_noise, double pole, double torque_noise, unsigned seed = 1) {
-  return simulate_experiment(published_estimate(), {.seed = seed,
+Record coloured_record(double sensor_noise, double pole, double torque_noise,
+                       double torque_pole = 0.0) {
+  return simulate_experiment(published_estimate(), {.seed = 1,
                                                     .samples = 10000,
                                                     .sensor_noise = sensor_noise,
                                                     .sensor_pole = pole,
-                                                    .torque_disturbance = torque_noise})
+                                                    .torque_disturbance = torque_noise,
+                                                    .torque_pole = torque_pole})
       .record;
 }
 
@@ -127,17 +131,48 @@ TEST(LikeliestNoise, IsTheRecords) {
   const Model model = published_estimate();
   const Record record = coloured_record(0.2, 0.6, 0.5);
   const FilterNoise noise = likeliest_noise(model, {rest(model, record.samples)}, {record}, {});
-  EXPECT_NEAR(noise.pole, 0.6, 0.03);
+  EXPECT_NEAR(noise.sensor_pole, 0.6, 0.03);
+  EXPECT_LT(noise.torque_pole, 0.3);  // of so little beside the sensor's noise hardly known
   EXPECT_TRUE(noise.motor_alone);
   EXPECT_NEAR(noise.density, 0.5 * std::sqrt(kSampleTime) / 0.2, 0.01);
+}
+
+TEST(LikeliestNoise, IsThatOfATorqueWithAColour) {
+  constexpr double kSampleTime = 5e-4;
+  const Model model = published_estimate();
+  const Record record = coloured_record(0.1, 0.4, 0.3, 0.9);
+  const StatesOfPieces x0{rest(model, record.samples)};
+  const FilterNoise noise = likeliest_noise(model, x0, {record}, {});
+  const double long_run = 0.3 * std::sqrt(kSampleTime * (1.0 + 0.9) / (1.0 - 0.9));
+  EXPECT_NEAR(noise.torque_pole, 0.9, 0.03);
+  EXPECT_NEAR(noise.sensor_pole, 0.4, 0.05);
+  EXPECT_NEAR(noise.density, long_run / 0.1, 0.1 * long_run / 0.1);
+}
+
+/// The innovations of a torque noise with a colour are white where the filter has that colour.
+TEST(Gains, HoldATorqueThatHasAColour) {
+  const Model model = published_estimate();
+  const Record record = coloured_record(0.02, 0.0, 0.3, 0.9);
+  const std::vector<double> x0 = rest(model, record.samples);
+  const double density = 0.3 * std::sqrt(5e-4 * 19.0) / 0.02;
+  const auto correlation = [&](const FilterNoise& noise) {
+    const Gains gains = filter_gains(model, x0, record.samples, {}, noise);
+    const std::vector<double> y = simulate(model, x0, record.samples, {}, Angles::kMeasured, gains);
+    Eigen::VectorXd errors(static_cast<Eigen::Index>(y.size()));
+    for (std::size_t k = 0; k < y.size(); ++k)
+      errors[static_cast<Eigen::Index>(k)] = gains.weight(k) * (record.samples[k].y - y[k]);
+    return largest_correlation(errors.tail(errors.size() - 2000));  // the arm was in motion
+  };
+  EXPECT_LT(correlation({density, 0.0, 0.9, true}), 0.05);
+  EXPECT_GT(correlation({density, 0.0, 0.0, true}), 0.15);
 }
 
 TEST(LikeliestNoise, StaysNearWhatIsGiven) {
   const Model model = published_estimate();
   const Record record = coloured_record(0.2, 0.6, 0.5);
   const StatesOfPieces x0{rest(model, record.samples)};
-  const FilterNoise noise = likeliest_noise(model, x0, {record}, {}, FilterNoise{0.05, 0.3, false});
-  EXPECT_NEAR(noise.pole, 0.45, 0.02);  // 0.15 further
+  const FilterNoise noise = likeliest_noise(model, x0, {record}, {}, FilterNoise{0.05, 0.3});
+  EXPECT_NEAR(noise.sensor_pole, 0.45, 0.02);  // 0.15 further
   EXPECT_TRUE(noise.motor_alone);
 }
 

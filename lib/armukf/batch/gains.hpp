@@ -17,10 +17,14 @@ namespace armukf {
 /// Of a sensor's noise with a colour the prediction holds what is expected of it: pole times what
 /// the correction has left of the last measurement. Source: A. E. Bryson and L. J. Henrikson,
 /// "Estimation using sampled data containing sequentially correlated noise", J. Spacecraft 5, 1968.
+/// A torque noise with a colour is a state of its own, the acceleration (rad/s^2) of the motor by
+/// it: held from each sample to the next, half of it acts before the motion, half after it.
 struct Gains {
   int states = 0;                     // of the model
-  double pole = 0.0;                  // of the sensor's noise, from sample to sample
+  double sensor_pole = 0.0;           // of the sensor's noise, from sample to sample
+  double torque_pole = 0.0;           // of the torque's
   std::vector<double> rows;           // K_k at each sample, one per state, states per (rad/s)
+  std::vector<double> torque_noise;   // that state's, rad/s^2 per (rad/s); empty: there is none
   std::vector<double> innovation_sd;  // at each sample, over that of the sensor's noise
 
   bool empty() const { return states == 0; }
@@ -32,12 +36,14 @@ struct Gains {
   }
 };
 
-/// What a filter of the states takes for noise: a white torque, at each mass or at the motor alone,
-/// of that density over the sensor noise's deviation (N.m.s^1/2 per rad/s), and a sensor noise that
-/// is a first-order autoregression of that pole.
+/// What a filter of the states takes for noise: a torque, at each mass or at the motor alone, of
+/// that density far below its corner over the sensor noise's deviation (N.m.s^1/2 per rad/s), white
+/// but for the motor's, which is a first-order autoregression of that pole; and a sensor noise that
+/// is one as well.
 struct FilterNoise {
   double density;
-  double pole = 0.0;
+  double sensor_pole = 0.0;
+  double torque_pole = 0.0;
   bool motor_alone = false;
 };
 

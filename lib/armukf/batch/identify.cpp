@@ -186,7 +186,8 @@ PredictionNoise noise_of(const FoundMinimum& found, const OutputError& error) {
   const double n = error.measured();
   noise.sensor_sd = std::sqrt(at.r.squaredNorm() / n);
   noise.torque_density = found.noise->density * noise.sensor_sd;
-  noise.sensor_pole = found.noise->pole;
+  noise.sensor_pole = found.noise->sensor_pole;
+  noise.torque_pole = found.noise->torque_pole;
   noise.motor_alone = found.noise->motor_alone;
   noise.correlation = largest_correlation(at.r);
   noise.log_likelihood =

@@ -61,10 +61,11 @@ struct Experiment {
 
 /// The noise that a prediction-error fit found.
 struct PredictionNoise {
-  double torque_density = 0.0;  // N.m.s^1/2, white torque noise
+  double torque_density = 0.0;  // N.m.s^1/2, torque noise, far below its corner
+  double torque_pole = 0.0;     // of the motor's, a first-order autoregression between samples
   bool motor_alone = false;     // it is at the motor, not at each mass
   double sensor_sd = 0.0;       // rad/s, sensor noise
-  double sensor_pole = 0.0;     // of that, a first-order autoregression from sample to sample
+  double sensor_pole = 0.0;     // of that, as of the torque's
   double rmse = 0.0;            // rad/s, of the predictions one sample ahead
   double log_likelihood = 0.0;
   /// Of the innovations over their deviations: the largest magnitude of their correlations over 1

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <type_traits>
@@ -47,11 +48,12 @@ struct InnovationSums {
   }
 };
 
-/// The states of the arm alone, and those of any model, the sensor's noise beside them.
+/// The states of the arm alone, and those of any model, the noises of sensor and torque beside
+/// them.
 using ArmShape = FixedShape<kArmStates, 0>;
 using FewShape = BoundedShape<8, 8>;
 using AnyShape = BoundedShape<kMaxStates, kMaxStates>;
-using WideShape = BoundedShape<kMaxStates + 1, kMaxStates + 1>;
+using WideShape = BoundedShape<kMaxStates + 2, kMaxStates + 2>;
 
 /// The prior deviations of the initial states fade within a second. Until then they count for
 /// nothing in the sums: in units of the sensor's noise, which is not known yet, they may be far
@@ -69,9 +71,12 @@ struct Setting {
 
   int states() const { return static_cast<int>(model.states.size()); }
 
-  /// Of a sensor noise that has a colour: behind the model's states.
-  int noise_row() const { return states(); }
-  bool coloured() const { return noise.pole != 0.0; }
+  /// Noises that have a colour are states behind the model's.
+  bool sensor_coloured() const { return noise.sensor_pole != 0.0; }
+  bool torque_coloured() const { return noise.torque_pole != 0.0; }
+  int sensor_row() const { return states(); }
+  int torque_row() const { return states() + (sensor_coloured() ? 1 : 0); }
+  int rows() const { return torque_row() + (torque_coloured() ? 1 : 0); }
 };
 
 /// Model states from sample k - 1 to sample k, for rows of any number.
@@ -134,15 +139,23 @@ class LinearisedStep {
   Step<Few> few_;
 };
 
-/// Torque noise as variance added to each state per second.
+/// White torque noise as variance added to each state per second.
 template <class Shape>
 StepNoise<Shape> noise_per_second(const Setting& setting) {
   const std::array<double, kMassCount> mobility = mobilities(setting.model.values().data());
   StepNoise<Shape> noise{};
-  for (int i = 0; i < kMassCount; ++i)
-    if (!setting.noise.motor_alone || kMasses[i].speed == kMeasuredState)
+  for (int i = 0; i < kMassCount; ++i) {
+    if (i == kDrivenMass ? !setting.torque_coloured() : !setting.noise.motor_alone)
       noise[kMasses[i].speed] = std::pow(mobility[i] * setting.noise.density, 2);
+  }
   return noise;
+}
+
+/// What drives the motor's torque noise where it has a colour ((rad/s^2)^2 s): over the time
+/// between two samples the variance by which it grows from one to the next.
+double torque_drive(const Setting& setting) {
+  const double mobility = mobilities(setting.model.values().data())[kDrivenMass];
+  return std::pow(mobility * setting.noise.density * (1.0 - setting.noise.torque_pole), 2);
 }
 
 template <class Shape>
@@ -157,7 +170,13 @@ Gaussian<Shape> first_belief(const Setting& setting, Shape shape) {
     belief.mean[i] = setting.x0[i];
     belief.covariance[i][i] = sd * sd;
   }
-  if (setting.coloured()) belief.covariance[setting.noise_row()][setting.noise_row()] = 1.0;
+  if (setting.sensor_coloured())
+    belief.covariance[setting.sensor_row()][setting.sensor_row()] = 1.0;
+  if (setting.torque_coloured() && setting.samples.size() > 1) {
+    const double dt = setting.samples[1].t - setting.samples[0].t;
+    belief.covariance[setting.torque_row()][setting.torque_row()] =
+        torque_drive(setting) / dt / (1.0 - std::pow(setting.noise.torque_pole, 2));
+  }
   return belief;
 }
 
@@ -178,12 +197,12 @@ Update<Shape> updated(const Setting& setting, Gaussian<Shape>& belief,
     std::array<Number, Shape::kStates> states;
     std::copy_n(x, Shape::kStates, states.begin());
     Number y = step.template of<Number>().measured(states, k);
-    if (setting.coloured()) y += x[setting.noise_row()];
+    if (setting.sensor_coloured()) y += x[setting.sensor_row()];
     return y;
   };
   const Measurement<Shape> speed = rule.measurement(belief.shape, belief.mean, shown);
   const Update<Shape> update{
-      innovation(belief, speed, setting.samples[k].y, setting.coloured() ? kRest : 1.0),
+      innovation(belief, speed, setting.samples[k].y, setting.sensor_coloured() ? kRest : 1.0),
       speed.covariance(belief)};
   condition(belief, update.covariance, update.innovation);
   return update;
@@ -197,7 +216,14 @@ InnovationSums filter(const Setting& setting, Shape shape, Visit visit, See see)
   const LinearisedStep<Shape> step(setting);
   const Linearised<Shape> rule;
   const StepNoise<Shape> noise = noise_per_second<Shape>(setting);
-  const double pole = setting.noise.pole;
+  constexpr int kDriven = kMasses[kDrivenMass].speed;
+  const double sensor_pole = setting.noise.sensor_pole;
+  const double torque_pole = setting.noise.torque_pole;
+  const double drive = torque_drive(setting);
+  const bool sensor_coloured = setting.sensor_coloured();
+  const bool torque_coloured = setting.torque_coloured();
+  const int sensor_row = setting.sensor_row();
+  const int torque_row = setting.torque_row();
   Gaussian<Shape> belief = first_belief(setting, shape);
   InnovationSums sums;
   const std::vector<Sample>& samples = setting.samples;
@@ -205,16 +231,20 @@ InnovationSums filter(const Setting& setting, Shape shape, Visit visit, See see)
   const double faded = begin + std::min(kFadedS, kMostFaded * (samples.back().t - begin));
   for (std::size_t k = 0; k < setting.samples.size(); ++k) {
     if (k > 0) {
+      const double dt = setting.samples[k].t - setting.samples[k - 1].t;
       const auto f = [&]<class Number>(const Number* x, const Number* /*unknowns*/) {
         std::array<Number, Shape::kStates> moved{};
         std::copy_n(x, shape.states(), moved.begin());
+        if (torque_coloured) moved[kDriven] += 0.5 * dt * x[torque_row];
         step.template of<Number>()(moved, k);
-        if (setting.coloured()) moved[setting.noise_row()] = pole * x[setting.noise_row()];
+        if (torque_coloured) moved[kDriven] += 0.5 * dt * x[torque_row];
+        if (sensor_coloured) moved[sensor_row] = sensor_pole * x[sensor_row];
+        if (torque_coloured) moved[torque_row] = torque_pole * x[torque_row];
         return moved;
       };
-      const double dt = setting.samples[k].t - setting.samples[k - 1].t;
       StepNoise<Shape> variance = dt * noise;
-      if (setting.coloured()) variance[setting.noise_row()] = 1.0 - pole * pole;
+      if (sensor_coloured) variance[sensor_row] = 1.0 - sensor_pole * sensor_pole;
+      if (torque_coloured) variance[torque_row] = drive / dt;
       move_to(belief, rule(belief, f), variance);
     }
     if (!std::isnan(setting.samples[k].y)) {
@@ -247,11 +277,17 @@ template <class Shape>
 Gains gains_of(const Setting& setting, Shape shape) {
   const std::size_t n = setting.samples.size();
   const int states = setting.states();
-  Gains gains{states, setting.noise.pole, std::vector<double>(n * states, 0.0),
-              std::vector<double>(n, kInfinite)};
+  Gains gains{.states = states,
+              .sensor_pole = setting.noise.sensor_pole,
+              .torque_pole = setting.noise.torque_pole,
+              .rows = std::vector<double>(n * states, 0.0),
+              .torque_noise = std::vector<double>(setting.torque_coloured() ? n : 0, 0.0),
+              .innovation_sd = std::vector<double>(n, kInfinite)};
   const auto note = [&](std::size_t k, const Update<Shape>& update) {
     for (int i = 0; i < states; ++i)
       gains.rows[k * states + i] = update.covariance[i] / update.innovation.variance;
+    if (setting.torque_coloured())
+      gains.torque_noise[k] = update.covariance[setting.torque_row()] / update.innovation.variance;
     gains.innovation_sd[k] = std::sqrt(update.innovation.variance);
   };
   filter(
@@ -262,11 +298,11 @@ Gains gains_of(const Setting& setting, Shape shape) {
 /// Calls visit(shape) with the shape of what the filter believes; all calls return the same type.
 template <class Visit>
 auto with_state_shape(const Setting& setting, Visit visit) {
-  const int states = setting.states() + (setting.coloured() ? 1 : 0);
-  if (states == kArmStates) return visit(ArmShape{});
-  if (states <= FewShape::kStates) return visit(FewShape{states, states});
-  if (states <= AnyShape::kStates) return visit(AnyShape{states, states});
-  return visit(WideShape{states, states});
+  const int rows = setting.rows();
+  if (rows == kArmStates) return visit(ArmShape{});
+  if (rows <= FewShape::kStates) return visit(FewShape{rows, rows});
+  if (rows <= AnyShape::kStates) return visit(AnyShape{rows, rows});
+  return visit(WideShape{rows, rows});
 }
 
 /// The x in [low, high] of the least loss, where that has one minimum; by golden section,
@@ -349,6 +385,81 @@ std::vector<std::vector<double>> predictions_at(const Setting& setting, Shape sh
   return all;
 }
 
+/// Walks along one number of a noise after the other.
+class NoiseSearch {
+ public:
+  /// What stays while the torque's pole moves: its density far below its corner, which tells where
+  /// the sensor's noise covers the rest, or what drives it.
+  enum class Held { kDensity, kDrive };
+
+  NoiseSearch(const FilterNoise& start, std::function<double(const FilterNoise&)> loss)
+      : loss_(std::move(loss)), best_(start), best_loss_(loss_(start)) {}
+
+  const FilterNoise& best() const { return best_; }
+  double loss() const { return best_loss_; }  // of the best
+
+  void by_density(const FilterNoise& noise) { by_density(noise, kDensityBounds); }
+
+  void by_density_near(const FilterNoise& noise) {
+    const double x = std::log(noise.density);
+    by_density(noise, {std::max(kDensityBounds[0], x - kDensityStep),
+                       std::min(kDensityBounds[1], x + kDensityStep)});
+  }
+
+  void by_sensor_pole() {
+    along({std::max(0.0, best_.sensor_pole - kPoleStep),
+           std::min(kMostPole, best_.sensor_pole + kPoleStep)},
+          [from = best_](double pole) {
+            FilterNoise noise = from;
+            noise.sensor_pole = pole;
+            return noise;
+          });
+  }
+
+  void by_torque_pole(Held held) {
+    const double now = -std::log1p(-best_.torque_pole);
+    along({std::max(0.0, now - kDecayStep), std::min(kMostDecay, now + kDecayStep)},
+          [from = best_, held, now](double decay) {
+            FilterNoise noise = from;
+            noise.torque_pole = -std::expm1(-decay);
+            if (held == Held::kDrive) noise.density *= std::exp(decay - now);
+            return noise;
+          });
+  }
+
+ private:
+  using Bounds = std::array<double, 2>;
+  static constexpr Bounds kDensityBounds{-7.0, 0.0};  // ln of N.m.s^1/2 per rad/s
+  static constexpr double kDensityStep = 1.5;  // of that logarithm, about a density that is near
+  static constexpr double kMostPole = 0.95;
+  static constexpr double kPoleStep = 0.15;
+  static constexpr double kMostDecay = 3.5;  // -ln(1 - pole): a pole of 0.97; what is slower could
+  static constexpr double kDecayStep = 0.7;  // be friction's or an offset's drift
+  static constexpr int kSteps = 7;           // leave 3 % of an interval
+
+  void by_density(const FilterNoise& noise, const Bounds& bounds) {
+    along(bounds, [&noise](double x) {
+      FilterNoise other = noise;
+      other.density = std::exp(x);
+      return other;
+    });
+  }
+
+  template <class NoiseAt>
+  void along(const Bounds& bounds, NoiseAt noise_at) {
+    const auto loss_at = [&](double x) { return loss_(noise_at(x)); };
+    const FilterNoise noise = noise_at(least(bounds[0], bounds[1], loss_at, kSteps));
+    const double found = loss_(noise);
+    if (!(found < best_loss_)) return;
+    best_loss_ = found;
+    best_ = noise;
+  }
+
+  std::function<double(const FilterNoise&)> loss_;
+  FilterNoise best_;
+  double best_loss_;
+};
+
 template <class Shape>
 Prediction predict_ahead(Setting setting, Shape shape, std::size_t horizon) {
   const std::size_t n = setting.samples.size();
@@ -398,19 +509,17 @@ Gains filter_gains(const Model& model, const std::vector<double>& x0,
 FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
                             const std::vector<Record>& pieces, const Propagation& propagation,
                             const std::optional<FilterNoise>& near) {
-  constexpr std::size_t kEnough = 8000;            // samples of a piece
-  constexpr std::array kDensityBounds{-7.0, 0.0};  // ln of N.m.s^1/2 per rad/s
-  constexpr double kDensityStep = 1.5;  // of that logarithm, about a density that is near
-  constexpr double kMostPole = 0.95;
-  constexpr double kPoleStep = 0.15;
-  constexpr int kSteps = 7;  // leave 3 % of an interval
+  constexpr std::size_t kEnough = 8000;  // samples of a piece
+  constexpr double kUsualTorquePole = 0.8;
+  constexpr int kMostTurns = 4;
+  constexpr double kNoLikelier = 0.3;
   std::vector<std::vector<Sample>> parts;
   parts.reserve(pieces.size());
   for (const Record& piece : pieces)
     parts.emplace_back(piece.samples.begin(),
                        piece.samples.begin() +
                            static_cast<std::ptrdiff_t>(std::min(kEnough, piece.samples.size())));
-  const auto loss = [&](const FilterNoise& noise) {
+  NoiseSearch search(near.value_or(FilterNoise{1.0}), [&](const FilterNoise& noise) {
     InnovationSums all;
     for (std::size_t e = 0; e < parts.size(); ++e) {
       const Setting setting{model, x0[e], parts[e], propagation, noise};
@@ -421,43 +530,28 @@ FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
     }
     const double likelihood = all.log_likelihood();
     return std::isnan(likelihood) ? kInfinite : -likelihood;
-  };
-  FilterNoise best = near.value_or(FilterNoise{1.0});
-  double best_loss = loss(best);
-  const auto keep = [&](const FilterNoise& noise) {
-    const double found = loss(noise);
-    if (!(found < best_loss)) return;
-    best_loss = found;
-    best = noise;
-  };
-  const auto with_density = [](FilterNoise noise, double x) {
-    noise.density = std::exp(x);
-    return noise;
-  };
-  const auto keep_density = [&](const FilterNoise& noise, double low, double high) {
-    const auto at = [&](double x) { return loss(with_density(noise, x)); };
-    keep(with_density(noise, least(low, high, at, kSteps)));
-  };
+  });
   if (near) {
-    const double x = std::log(near->density);
     FilterNoise elsewhere = *near;
     elsewhere.motor_alone = !near->motor_alone;
-    keep_density(elsewhere, x - kDensityStep, x + kDensityStep);
+    search.by_density_near(elsewhere);
   } else {
-    for (const bool motor_alone : {true, false})
-      for (const double pole : {0.0, 0.3, 0.6, 0.9})
-        keep_density({1.0, pole, motor_alone}, kDensityBounds[0], kDensityBounds[1]);
+    for (const double sensor_pole : {0.0, 0.3, 0.6, 0.9}) {
+      search.by_density({1.0, sensor_pole, 0.0, false});
+      for (const double torque_pole : {0.0, kUsualTorquePole})
+        search.by_density({1.0, sensor_pole, torque_pole, true});
+    }
   }
-  const auto at_pole = [&](double pole) {
-    return FilterNoise{best.density, pole, best.motor_alone};
-  };
-  keep(at_pole(least(
-      std::max(0.0, best.pole - kPoleStep), std::min(kMostPole, best.pole + kPoleStep),
-      [&](double pole) { return loss(at_pole(pole)); }, kSteps)));
-  const double x = std::log(best.density);
-  keep_density(best, std::max(kDensityBounds[0], x - kDensityStep),
-               std::min(kDensityBounds[1], x + kDensityStep));
-  return best;
+  const int turns = near ? 1 : kMostTurns;
+  double before = kInfinite;
+  for (int turn = 0; turn < turns && search.loss() < before - kNoLikelier; ++turn) {
+    before = search.loss();
+    search.by_torque_pole(NoiseSearch::Held::kDensity);
+    search.by_sensor_pole();
+    search.by_torque_pole(NoiseSearch::Held::kDrive);
+    search.by_density_near(search.best());
+  }
+  return search.best();
 }
 
 }  // namespace armukf

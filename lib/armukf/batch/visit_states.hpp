@@ -68,7 +68,8 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
       y = dynamics.measured(samples[k].t - samples[0].t, input(k), x.data());
     return y;
   };
-  T expected(0.0);  // rad/s, of the sensor's noise
+  T expected(0.0);      // rad/s, of the sensor's noise
+  T torque_noise(0.0);  // rad/s^2, of the motor
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (k > 0) {
       const Sample& last = samples[k - 1];
@@ -80,18 +81,25 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
         }
       };
       const std::array<T, States> before = x;
-      propagate(propagation, f, x, last.t - samples[0].t, samples[k].t - last.t, rows);
+      const double dt = samples[k].t - last.t;
+      const bool noisy = !gains.torque_noise.empty();
+      if (noisy) x[kMasses[kDrivenMass].speed] += 0.5 * dt * torque_noise;
+      propagate(propagation, f, x, last.t - samples[0].t, dt, rows);
+      if (noisy) x[kMasses[kDrivenMass].speed] += 0.5 * dt * torque_noise;
       if constexpr (States > kArmStates)
         if (angles == Angles::kMeasured) follow_motor(model, before, turn_before(samples, k), x);
+      if (noisy) torque_noise = gains.torque_pole * torque_noise;
     }
     if (!(std::abs(value_of(x[kMeasuredState])) < kRunawaySpeed)) return k;
     T y = measured(k);
-    if (gains.pole != 0.0) y += expected;
+    if (gains.sensor_pole != 0.0) y += expected;
     visit(k, x, y);
     const bool corrects = !gains.empty() && !std::isnan(samples[k].y);
     if (corrects) correct(model, gains, k, samples[k].y - y, x);
-    if (gains.pole != 0.0)
-      expected = gains.pole * (corrects ? T(samples[k].y - measured(k)) : expected);
+    if (corrects && !gains.torque_noise.empty())
+      torque_noise += gains.torque_noise[k] * (samples[k].y - y);
+    if (gains.sensor_pole != 0.0)
+      expected = gains.sensor_pole * (corrects ? T(samples[k].y - measured(k)) : expected);
   }
   return samples.size();
 }

@@ -126,8 +126,9 @@ void judge(const OutputError& error, const Variables& variables, const Minimum& 
 
 /// For a model that has gained states, which no measurement corrects.
 Gains padded(const Gains& gains, int states) {
-  Gains wide{states, gains.pole, std::vector<double>(gains.innovation_sd.size() * states, 0.0),
-             gains.innovation_sd};
+  Gains wide = gains;
+  wide.states = states;
+  wide.rows.assign(gains.innovation_sd.size() * states, 0.0);
   for (std::size_t k = 0; k < gains.innovation_sd.size(); ++k)
     std::copy_n(gains.rows.begin() + static_cast<std::ptrdiff_t>(k * gains.states), gains.states,
                 wide.rows.begin() + static_cast<std::ptrdiff_t>(k * states));

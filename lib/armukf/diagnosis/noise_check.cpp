@@ -24,38 +24,6 @@ SearchTask task_of(const InitialChoice& initial, const std::vector<Record>& piec
   return {pieces, initial, propagation, {.iterations = kIterations, .cost_tolerance = kTolerance}};
 }
 
-/// A trial with what one linearised step would gain.
-struct Promise {
-  const Trial* trial;
-  Suggestion suggestion;
-  double p_value;
-};
-
-/// Of each effect the most promising trial, if a fit of it may be beyond chance; the most promising
-/// first, and no more than are worth the time.
-std::vector<Promise> promising(const std::vector<Trial>& trials, const AheadScore& score,
-                               const Looks& looks, int threads) {
-  constexpr double kWorthAFit = 0.1;  // p: a fit also finds the shape between the grid's points
-  constexpr std::size_t kMost = 5;
-  std::vector<Suggestion> suggestions = score(trials, threads);
-  std::vector<Promise> promises;
-  promises.reserve(trials.size());
-  for (std::size_t i = 0; i < trials.size(); ++i) {
-    const Trial& trial = trials[i];
-    const auto sizes = trial.cyclic_state >= 0 ? 2 : static_cast<int>(trial.sizes.size());
-    const double p = corrected(chi_square_tail(2.0 * std::max(0.0, suggestions[i].gain), sizes),
-                               trial.effect, looks);
-    promises.push_back({&trial, std::move(suggestions[i]), p});
-  }
-  std::erase_if(promises, [](const Promise& p) { return !(p.p_value <= kWorthAFit); });
-  std::ranges::stable_sort(promises, std::greater{},
-                           [](const Promise& p) { return p.suggestion.gain; });
-  std::map<std::string, int> count;
-  std::erase_if(promises, [&](const Promise& p) { return count[p.trial->effect]++ > 0; });
-  promises.resize(std::min(promises.size(), kMost));
-  return promises;
-}
-
 /// The rest of a model with an effect as it was fitted beside the one that is taken out.
 Model with_rival(Model rest, const Refit& rival) {
   const std::vector<int> shared = rest.unknowns();
@@ -142,16 +110,60 @@ std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
       gain, p);
 }
 
+std::vector<NoiseCheck::Promise> NoiseCheck::promising(const std::vector<Trial>& trials,
+                                                       const Looks& looks) const {
+  constexpr double kWorthAFit = 0.1;  // p: a fit also finds the shape between the grid's points
+  constexpr std::size_t kMost = 5;
+  const AheadScore score(base_->model, base_->x0, pieces_, records_.propagation, base_->gains);
+  std::vector<Suggestion> suggestions = score(trials, records_.threads);
+  std::vector<Promise> promises;
+  promises.reserve(trials.size());
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    const Trial& trial = trials[i];
+    const auto sizes = trial.cyclic_state >= 0 ? 2 : static_cast<int>(trial.sizes.size());
+    const double p = corrected(chi_square_tail(2.0 * std::max(0.0, suggestions[i].gain), sizes),
+                               trial.effect, looks);
+    promises.push_back({&trial, std::move(suggestions[i]), p});
+  }
+  std::erase_if(promises, [](const Promise& p) { return !(p.p_value <= kWorthAFit); });
+  std::ranges::stable_sort(promises, std::greater{},
+                           [](const Promise& p) { return p.suggestion.gain; });
+  std::map<std::string, int> count;
+  std::erase_if(promises, [&](const Promise& p) { return count[p.trial->effect]++ > 0; });
+  promises.resize(std::min(promises.size(), kMost));
+  return promises;
+}
+
+std::vector<FoundMinimum> NoiseCheck::likeliest_of(const std::vector<Promise>& promises) const {
+  constexpr double kAsMuch = 0.4;  // of what the best gains
+  const auto count = static_cast<int>(promises.size());
+  std::vector<FoundMinimum> all(promises.size());
+  for_each_job(records_.threads, count, [&](int i) {
+    const Suggestion& suggestion = promises[i].suggestion;
+    all[i] = likeliest(suggestion.model, suggestion.x0, base_->noise);
+  });
+  const auto best = std::ranges::min_element(all, {}, &FoundMinimum::loss);
+  if (best == all.end()) return all;
+  const FoundMinimum leader = *best;
+  const Model arm = with_values(now_.fit.model, leader.model);  // without its effect
+  for_each_job(records_.threads, count, [&](int i) {
+    const bool near = base_->loss - all[i].loss > kAsMuch * (base_->loss - leader.loss);
+    if (!near || all[i].loss <= leader.loss) return;
+    FoundMinimum again = likeliest(with_values(all[i].model, arm), all[i].x0, leader.noise);
+    if (again.loss < all[i].loss) all[i] = std::move(again);
+  });
+  return all;
+}
+
 std::vector<Refit> NoiseCheck::likelier(const std::vector<Trial>& trials, const Looks& looks,
                                         const AcceptanceSettings& settings) {
   if (!noise_can_be_all(settings)) return {};
-  const AheadScore score(base_->model, base_->x0, pieces_, records_.propagation, base_->gains);
-  const std::vector<Promise> promises = promising(trials, score, looks, records_.threads);
+  const std::vector<Promise> promises = promising(trials, looks);
+  std::vector<FoundMinimum> all = likeliest_of(promises);
   std::vector<Refit> refits(promises.size());
   for_each_job(records_.threads, static_cast<int>(promises.size()), [&](int i) {
     const Trial& trial = *promises[i].trial;
-    const Suggestion& suggestion = promises[i].suggestion;
-    FoundMinimum found = likeliest(suggestion.model, suggestion.x0, base_->noise);
+    FoundMinimum& found = all[i];
     const auto more = static_cast<double>(found.model.unknowns().size()) -
                       static_cast<double>(now_.fit.model.unknowns().size());
     const auto p_of = [&](double gain) {

@@ -8,6 +8,7 @@
 #include "armukf/batch/output_error.hpp"
 #include "armukf/batch/searches.hpp"
 #include "armukf/diagnosis/acceptance_settings.hpp"
+#include "armukf/diagnosis/ahead_score.hpp"
 #include "armukf/diagnosis/candidates.hpp"
 #include "armukf/diagnosis/trace_records.hpp"
 
@@ -52,6 +53,13 @@ class NoiseCheck {
                              const AcceptanceSettings& settings);
 
  private:
+  /// A trial with what one linearised step would gain.
+  struct Promise {
+    const Trial* trial;
+    Suggestion suggestion;
+    double p_value;
+  };
+
   /// Whether the base's innovations can be noise alone. Makes that base, once.
   bool noise_can_be_all(const AcceptanceSettings& settings);
 
@@ -59,6 +67,14 @@ class NoiseCheck {
   FoundMinimum likeliest(const Model& model, const StatesOfPieces& x0,
                          const std::optional<FilterNoise>& near,
                          const std::function<bool(const FoundMinimum&)>& ends = {}) const;
+
+  /// Of each effect the most promising trial, if a fit of it may be beyond chance; the most
+  /// promising first, and no more than are worth the time.
+  std::vector<Promise> promising(const std::vector<Trial>& trials, const Looks& looks) const;
+
+  /// One per promise, also from where the likeliest of all has led the arm: no name loses for
+  /// having ended in another minimum.
+  std::vector<FoundMinimum> likeliest_of(const std::vector<Promise>& promises) const;
 
   /// -ln of the likelihood of the model as it stands, also from where a fit with an effect has led
   /// the arm: what that gained by leaving a poor minimum is not the effect's.

@@ -179,6 +179,7 @@ nlohmann::ordered_json fit_json(const FitSummary& s) {
                           {"torque_noise", found.noise->torque_density},
                           {"sensor_noise", found.noise->sensor_sd},
                           {"sensor_pole", found.noise->sensor_pole},
+                          {"torque_pole", found.noise->torque_pole},
                           {"torque_noise_at", found.noise->motor_alone ? "motor" : "all masses"},
                           {"correlation", found.noise->correlation},
                           {"log_likelihood", found.noise->log_likelihood}};
@@ -203,10 +204,11 @@ std::string fit_text(const FitSummary& s) {
   if (found.noise)
     text += fmt::format(
         "  predicted one sample ahead: RMSE {:.4g} rad/s, correlated up to {:.2f}; noise of the "
-        "torque {:.3g} N·m·s^½ at {}, of the sensor {:.3g} rad/s, its pole {:.2f}\n",
+        "torque {:.3g} N·m·s^½ at {}, its pole {:.2f}, of the sensor {:.3g} rad/s, its pole "
+        "{:.2f}\n",
         found.noise->rmse, found.noise->correlation, found.noise->torque_density,
-        found.noise->motor_alone ? "the motor" : "all masses", found.noise->sensor_sd,
-        found.noise->sensor_pole);
+        found.noise->motor_alone ? "the motor" : "all masses", found.noise->torque_pole,
+        found.noise->sensor_sd, found.noise->sensor_pole);
   if (found.starts > 1)
     text += fmt::format("  {} of {} starts ended in this minimum\n", found.agreeing, found.starts);
   text += correlation_lines(found);
