@@ -149,6 +149,10 @@ ModelFile started(const NamedRows& rows, const ModelFile& start) {
   return found;
 }
 
+Model frequency_start(Model model, const Record& record, const Propagation& propagation) {
+  return from_frequency_response(std::move(model), record, propagation);
+}
+
 }  // namespace
 
 void bind_batch(py::module_& module) {
@@ -158,7 +162,7 @@ void bind_batch(py::module_& module) {
   module.def("compare", &compared);
   module.def("evaluate", &evaluated);
   module.def("start_from_slow_motion", &started<from_slow_motion>);
-  module.def("start_from_frequency_response", &started<from_frequency_response>);
+  module.def("start_from_frequency_response", &started<frequency_start>);
 }
 
 }  // namespace armukf::python

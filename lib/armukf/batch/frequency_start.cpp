@@ -11,6 +11,7 @@
 #include "armukf/batch/identify.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
+#include "armukf/core/parallel.hpp"
 #include "armukf/core/segments.hpp"
 #include "armukf/fit/least_squares.hpp"
 #include "armukf/model/coordinates.hpp"
@@ -175,21 +176,37 @@ double usual_twist(const Model& model, const std::vector<Sample>& samples) {
          model.parameters[kHardenedStiffness].value;
 }
 
-/// Where the lowest of the candidate's searches ended; each begins at another hardening. Infinite
-/// where none of them could be simulated.
-Candidate verified(const Model& candidate, const Record& record, const Propagation& propagation) {
-  Candidate best{candidate, kInfinite};
-  const bool sought = !candidate.parameters[kHardening].known;
+/// Where a candidate's searches begin, each at another hardening.
+std::vector<Model> starts_of(const Model& candidate, const Record& record) {
+  if (candidate.parameters[kHardening].known) return {candidate};
   const double twist = usual_twist(candidate, record.samples);
+  std::vector<Model> starts;
   for (const double hardening : kHardenings) {
-    Model start = candidate;
-    if (sought)
-      start.parameters[kHardening].value =
-          hardening * start.parameters[kHardenedStiffness].value / (twist * twist);
-    const Candidate found = searched(start, record, propagation);
-    if (found.misfit < best.misfit) best = found;
-    if (!sought) break;
+    starts.push_back(candidate);
+    starts.back().parameters[kHardening].value =
+        hardening * candidate.parameters[kHardenedStiffness].value / (twist * twist);
   }
+  return starts;
+}
+
+/// Where the lowest of each candidate's searches ended; infinite where none of them could be
+/// simulated.
+std::vector<Candidate> verified(const std::vector<Candidate>& candidates, const Record& record,
+                                const Propagation& propagation, int threads) {
+  std::vector<Model> starts;
+  std::vector<std::size_t> candidate_of;
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    for (Model& start : starts_of(candidates[i].model, record)) {
+      starts.push_back(std::move(start));
+      candidate_of.push_back(i);
+    }
+  std::vector<Candidate> found(starts.size());
+  for_each_job(threads, static_cast<int>(starts.size()),
+               [&](int i) { found[i] = searched(starts[i], record, propagation); });
+  std::vector<Candidate> best;
+  for (const Candidate& candidate : candidates) best.push_back({candidate.model, kInfinite});
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (found[i].misfit < best[candidate_of[i]].misfit) best[candidate_of[i]] = std::move(found[i]);
   return best;
 }
 
@@ -201,16 +218,16 @@ Record longest_piece(const Record& record) {
 
 }  // namespace
 
-Model from_frequency_response(Model model, const Record& record, const Propagation& propagation) {
+Model from_frequency_response(Model model, const Record& record, const Propagation& propagation,
+                              int threads) {
   const Record piece = longest_piece(record);
   const std::vector<Line> lines = excited_lines(model, piece.samples);
   if (lines.size() < kFewestLines)
     throw InputError(record.name, 0, "u",
                      fmt::format("excites {} frequencies; {} are needed for a frequency response",
                                  lines.size(), kFewestLines));
-  std::vector<Candidate> searches;
-  for (const Candidate& candidate : distinct_minima(grid(model, lines), lines))
-    searches.push_back(verified(candidate.model, piece, propagation));
+  const std::vector<Candidate> searches =
+      verified(distinct_minima(grid(model, lines), lines), piece, propagation, threads);
   const double least = std::ranges::min_element(searches, {}, &Candidate::misfit)->misfit;
   if (!std::isfinite(least))
     throw InputError(record.name, 0, "y",

@@ -6,6 +6,7 @@
 
 #include "armukf/batch/sensitivity.hpp"
 #include "armukf/core/constants.hpp"
+#include "armukf/core/parallel.hpp"
 #include "armukf/fit/loss.hpp"
 #include "armukf/model/plant.hpp"
 
@@ -25,12 +26,13 @@ double fastest(const std::vector<Sample>& samples) {
 
 OutputError::OutputError(const Model& model, const std::vector<Record>& records,
                          const InitialChoice& initial, const Propagation& propagation,
-                         std::vector<Gains> gains)
+                         std::vector<Gains> gains, int threads)
     : model_(model),
       records_(records),
       initial_(initial),
       propagation_(propagation),
       gains_(std::move(gains)),
+      threads_(threads),
       unknowns_(model.unknowns()) {
   gains_.resize(records.size());
   for (const Record& record : records) {
@@ -91,9 +93,13 @@ OutputError::Evaluation OutputError::evaluate(const double* v, bool derivatives)
                  .J = JacobianMatrix(rows_, 0)};
   if (derivatives && records_.size() > 1) all.J = JacobianMatrix::Zero(rows_, variables());
   const std::vector<Stretch> rows = stretches();
-  for (std::size_t e = 0; e < records_.size() && all.valid; ++e)
-    all.valid = evaluate(model, v, static_cast<int>(e), rows[e].first, derivatives, all);
-  all.valid = all.valid && std::isfinite(all.J.squaredNorm());  // derivatives may run away first
+  if (!all.valid) return all;
+  std::vector<char> valid(records_.size(), 0);
+  for_each_job(threads_, static_cast<int>(records_.size()), [&](int e) {
+    valid[e] = evaluate(model, v, e, rows[e].first, derivatives, all) ? 1 : 0;
+  });
+  all.valid = std::ranges::find(valid, 0) == valid.end() &&
+              std::isfinite(all.J.squaredNorm());  // derivatives may run away first
   return all;
 }
 

@@ -1,5 +1,7 @@
 #include "armukf/batch/prediction.hpp"
 
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -11,6 +13,7 @@
 
 #include "armukf/batch/gains.hpp"
 #include "armukf/core/constants.hpp"
+#include "armukf/core/parallel.hpp"
 #include "armukf/filter/kalman.hpp"
 #include "armukf/filter/linearised.hpp"
 #include "armukf/model/dynamics.hpp"
@@ -385,77 +388,123 @@ std::vector<std::vector<double>> predictions_at(const Setting& setting, Shape sh
   return all;
 }
 
-/// Walks along one number of a noise after the other.
+/// Looks for the likeliest noise, whose coordinates are the logarithm of its density, the sensor's
+/// pole and -ln(1 - pole) of the torque.
 class NoiseSearch {
  public:
-  /// What stays while the torque's pole moves: its density far below its corner, which tells where
-  /// the sensor's noise covers the rest, or what drives it.
-  enum class Held { kDensity, kDrive };
-
-  NoiseSearch(const FilterNoise& start, std::function<double(const FilterNoise&)> loss)
-      : loss_(std::move(loss)), best_(start), best_loss_(loss_(start)) {}
+  NoiseSearch(const FilterNoise& start, std::function<double(const FilterNoise&)> loss, int threads)
+      : loss_(std::move(loss)), threads_(threads), best_(start), best_loss_(loss_(start)) {}
 
   const FilterNoise& best() const { return best_; }
   double loss() const { return best_loss_; }  // of the best
 
-  void by_density(const FilterNoise& noise) { by_density(noise, kDensityBounds); }
+  /// Each of any density.
+  void anywhere(const std::vector<FilterNoise>& noises) {
+    std::vector<FilterNoise> found(noises.size());
+    for_each_job(threads_, static_cast<int>(noises.size()),
+                 [&](int i) { found[i] = best_density(noises[i], kLow[0], kHigh[0]); });
+    keep(found);
+  }
 
-  void by_density_near(const FilterNoise& noise) {
+  /// Of densities about its own.
+  void near(const FilterNoise& noise) {
     const double x = std::log(noise.density);
-    by_density(noise, {std::max(kDensityBounds[0], x - kDensityStep),
-                       std::min(kDensityBounds[1], x + kDensityStep)});
+    keep({best_density(noise, std::max(kLow[0], x - kNear), std::min(kHigh[0], x + kNear))});
   }
 
-  void by_sensor_pole() {
-    along({std::max(0.0, best_.sensor_pole - kPoleStep),
-           std::min(kMostPole, best_.sensor_pole + kPoleStep)},
-          [from = best_](double pole) {
-            FilterNoise noise = from;
-            noise.sensor_pole = pole;
-            return noise;
-          });
-  }
-
-  void by_torque_pole(Held held) {
-    const double now = -std::log1p(-best_.torque_pole);
-    along({std::max(0.0, now - kDecayStep), std::min(kMostDecay, now + kDecayStep)},
-          [from = best_, held, now](double decay) {
-            FilterNoise noise = from;
-            noise.torque_pole = -std::expm1(-decay);
-            if (held == Held::kDrive) noise.density *= std::exp(decay - now);
-            return noise;
-          });
+  /// From the best on by Newton's steps, until they bring nothing more.
+  void polish(int most_steps) {
+    constexpr double kNoLikelier = 0.3;
+    for (int step = 0; step < most_steps; ++step) {
+      const double before = best_loss_;
+      take_step();
+      if (!(best_loss_ < before - kNoLikelier)) break;
+    }
   }
 
  private:
-  using Bounds = std::array<double, 2>;
-  static constexpr Bounds kDensityBounds{-7.0, 0.0};  // ln of N.m.s^1/2 per rad/s
-  static constexpr double kDensityStep = 1.5;  // of that logarithm, about a density that is near
-  static constexpr double kMostPole = 0.95;
-  static constexpr double kPoleStep = 0.15;
-  static constexpr double kMostDecay = 3.5;  // -ln(1 - pole): a pole of 0.97; what is slower could
-  static constexpr double kDecayStep = 0.7;  // be friction's or an offset's drift
-  static constexpr int kSteps = 7;           // leave 3 % of an interval
+  using Place = Eigen::Vector3d;
+  // Slower than a pole of 0.97 a torque's noise could be friction's or an offset's drift.
+  static inline const Place kLow{-7.0, 0.0, 0.0};
+  static inline const Place kHigh{0.0, 0.95, 3.5};
+  static inline const Place kStep{0.3, 0.06, 0.25};
+  static constexpr double kNear = 1.0;  // of the density's logarithm
 
-  void by_density(const FilterNoise& noise, const Bounds& bounds) {
-    along(bounds, [&noise](double x) {
-      FilterNoise other = noise;
-      other.density = std::exp(x);
-      return other;
-    });
+  static Place place_of(const FilterNoise& noise) {
+    return {std::log(noise.density), noise.sensor_pole, -std::log1p(-noise.torque_pole)};
   }
 
-  template <class NoiseAt>
-  void along(const Bounds& bounds, NoiseAt noise_at) {
-    const auto loss_at = [&](double x) { return loss_(noise_at(x)); };
-    const FilterNoise noise = noise_at(least(bounds[0], bounds[1], loss_at, kSteps));
-    const double found = loss_(noise);
-    if (!(found < best_loss_)) return;
-    best_loss_ = found;
-    best_ = noise;
+  FilterNoise noise_at(const Place& x, bool motor_alone) const {
+    return {std::exp(x[0]), x[1], -std::expm1(-x[2]), motor_alone};
+  }
+
+  /// Losses of those noises, the best of which is kept.
+  std::vector<double> keep(const std::vector<FilterNoise>& noises) {
+    std::vector<double> losses(noises.size());
+    for_each_job(threads_, static_cast<int>(noises.size()),
+                 [&](int i) { losses[i] = loss_(noises[i]); });
+    const auto least_loss = std::ranges::min_element(losses);
+    if (*least_loss < best_loss_) {
+      best_loss_ = *least_loss;
+      best_ = noises[least_loss - losses.begin()];
+    }
+    return losses;
+  }
+
+  FilterNoise best_density(FilterNoise noise, double low, double high) const {
+    constexpr int kSteps = 3;  // leave a quarter of the bounds
+    const double x = least(
+        low, high,
+        [&](double tried) {
+          noise.density = std::exp(tried);
+          return loss_(noise);
+        },
+        kSteps);
+    noise.density = std::exp(x);
+    return noise;
+  }
+
+  /// To the least of the quadratic function through places about the best.
+  void take_step() {
+    constexpr double kFarthest = 4.0;    // kStep
+    constexpr double kLeastBend = 1e-2;  // nats
+    constexpr int kMostHalved = 3;
+    const Place middle = place_of(best_).cwiseMax(kLow + kStep).cwiseMin(kHigh - kStep);
+    const auto noise_by = [&, motor_alone = best_.motor_alone](const Place& steps) {
+      const Place there = middle + kStep.cwiseProduct(steps);
+      return noise_at(there.cwiseMax(kLow).cwiseMin(kHigh), motor_alone);
+    };
+    std::vector<FilterNoise> places{noise_by(Place::Zero())};
+    for (int i = 0; i < 3; ++i) {
+      places.push_back(noise_by(Place::Unit(i)));
+      places.push_back(noise_by(-Place::Unit(i)));
+      for (int j = 0; j < i; ++j) places.push_back(noise_by(Place::Unit(i) + Place::Unit(j)));
+    }
+    const std::vector<double> losses = keep(places);
+    const double here = losses.front();
+    auto next = losses.begin() + 1;
+    Place up;
+    Place slope;
+    Eigen::Matrix3d bend;
+    for (int i = 0; i < 3; ++i) {
+      up[i] = *next++;
+      const double down = *next++;
+      slope[i] = 0.5 * (up[i] - down);
+      bend(i, i) = up[i] - 2.0 * here + down;
+      for (int j = 0; j < i; ++j) bend(i, j) = bend(j, i) = *next++ - up[i] - up[j] + here;
+    }
+    if (!bend.allFinite() || !slope.allFinite()) return;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(bend);
+    const Place bends = axes.eigenvalues().cwiseAbs().cwiseMax(kLeastBend);
+    Place step =
+        -axes.eigenvectors() * (axes.eigenvectors().transpose() * slope).cwiseQuotient(bends);
+    step *= std::min(1.0, kFarthest / step.norm());
+    for (int halved = 0; halved < kMostHalved; ++halved, step *= 0.5)
+      if (keep({noise_by(step)}).front() < here) break;
   }
 
   std::function<double(const FilterNoise&)> loss_;
+  int threads_;
   FilterNoise best_;
   double best_loss_;
 };
@@ -508,50 +557,54 @@ Gains filter_gains(const Model& model, const std::vector<double>& x0,
 
 FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
                             const std::vector<Record>& pieces, const Propagation& propagation,
-                            const std::optional<FilterNoise>& near) {
+                            const std::optional<FilterNoise>& near, int threads) {
   constexpr std::size_t kEnough = 8000;  // samples of a piece
+  constexpr std::size_t kForALook = 3000;
   constexpr double kUsualTorquePole = 0.8;
-  constexpr int kMostTurns = 4;
-  constexpr double kNoLikelier = 0.3;
-  std::vector<std::vector<Sample>> parts;
-  parts.reserve(pieces.size());
-  for (const Record& piece : pieces)
-    parts.emplace_back(piece.samples.begin(),
-                       piece.samples.begin() +
-                           static_cast<std::ptrdiff_t>(std::min(kEnough, piece.samples.size())));
-  NoiseSearch search(near.value_or(FilterNoise{1.0}), [&](const FilterNoise& noise) {
-    InnovationSums all;
-    for (std::size_t e = 0; e < parts.size(); ++e) {
-      const Setting setting{model, x0[e], parts[e], propagation, noise};
-      all += with_state_shape(setting, [&](auto shape) {
-        const auto nothing = [](std::size_t, const auto&) {};
-        return filter(setting, shape, nothing, nothing);
-      });
+  constexpr int kSteps = 6;
+  constexpr int kStepsNear = 1;  // whoever begins near will come again
+  const auto loss_over = [&](std::size_t most) {
+    std::vector<std::vector<Sample>> parts;
+    parts.reserve(pieces.size());
+    for (const Record& piece : pieces) {
+      const auto count = static_cast<std::ptrdiff_t>(std::min(most, piece.samples.size()));
+      parts.emplace_back(piece.samples.begin(), piece.samples.begin() + count);
     }
-    const double likelihood = all.log_likelihood();
-    return std::isnan(likelihood) ? kInfinite : -likelihood;
-  });
+    return [&, parts = std::move(parts)](const FilterNoise& noise) {
+      InnovationSums all;
+      for (std::size_t e = 0; e < parts.size(); ++e) {
+        const Setting setting{model, x0[e], parts[e], propagation, noise};
+        all += with_state_shape(setting, [&](auto shape) {
+          const auto nothing = [](std::size_t, const auto&) {};
+          return filter(setting, shape, nothing, nothing);
+        });
+      }
+      const double likelihood = all.log_likelihood();
+      return std::isnan(likelihood) ? kInfinite : -likelihood;
+    };
+  };
   if (near) {
+    NoiseSearch search(*near, loss_over(kEnough), threads);
     FilterNoise elsewhere = *near;
     elsewhere.motor_alone = !near->motor_alone;
-    search.by_density_near(elsewhere);
-  } else {
-    for (const double sensor_pole : {0.0, 0.3, 0.6, 0.9}) {
-      search.by_density({1.0, sensor_pole, 0.0, false});
+    search.near(elsewhere);
+    search.polish(kStepsNear);
+    return search.best();
+  }
+  std::optional<NoiseSearch> likeliest;
+  for (const bool motor_alone : {true, false}) {
+    std::vector<FilterNoise> places;
+    for (const double sensor_pole : {0.0, 0.3, 0.6, 0.9})
       for (const double torque_pole : {0.0, kUsualTorquePole})
-        search.by_density({1.0, sensor_pole, torque_pole, true});
-    }
+        if (torque_pole == 0.0 || motor_alone)
+          places.push_back({1.0, sensor_pole, torque_pole, motor_alone});
+    NoiseSearch look(places.front(), loss_over(kForALook), threads);
+    look.anywhere(places);
+    NoiseSearch search(look.best(), loss_over(kEnough), threads);
+    search.polish(kSteps);
+    if (!likeliest || search.loss() < likeliest->loss()) likeliest = std::move(search);
   }
-  const int turns = near ? 1 : kMostTurns;
-  double before = kInfinite;
-  for (int turn = 0; turn < turns && search.loss() < before - kNoLikelier; ++turn) {
-    before = search.loss();
-    search.by_torque_pole(NoiseSearch::Held::kDensity);
-    search.by_sensor_pole();
-    search.by_torque_pole(NoiseSearch::Held::kDrive);
-    search.by_density_near(search.best());
-  }
-  return search.best();
+  return likeliest->best();
 }
 
 }  // namespace armukf

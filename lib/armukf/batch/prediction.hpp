@@ -45,10 +45,11 @@ std::vector<std::vector<double>> predictions_at(const Model& model, const std::v
                                                 const PartModels& parts = {});
 
 /// The noise with which the innovations of the first samples of each piece are likeliest, the
-/// sensor's deviation the same for all; within bounds, and not far from one that is given.
+/// sensor's deviation the same for all; within bounds, and not far from one that is given. threads:
+/// that try noises; 0: one per processor.
 FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
                             const std::vector<Record>& pieces, const Propagation& propagation,
-                            const std::optional<FilterNoise>& near = {});
+                            const std::optional<FilterNoise>& near = {}, int threads = 1);
 
 Prediction predict_ahead(const Model& model, const std::vector<double>& x0,
                          const std::vector<Sample>& samples, const Propagation& propagation,

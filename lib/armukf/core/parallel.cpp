@@ -12,6 +12,10 @@ int threads_for(int asked) {
   return asked > 0 ? asked : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
+int threads_of_each(int threads, int jobs) {
+  return std::max(1, threads_for(threads) / std::max(1, jobs));
+}
+
 void for_each_job(int threads, int count, const std::function<void(int)>& job) {
   std::vector<std::exception_ptr> failures(std::max(0, count));
   std::atomic<int> next = 0;

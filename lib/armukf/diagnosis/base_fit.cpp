@@ -163,24 +163,19 @@ BaseFit base_fit(const Model& model, const std::vector<Record>& pieces,
                  const Propagation& propagation, int threads) {
   const Record& longest =
       *std::ranges::max_element(pieces, {}, [](const Record& r) { return r.samples.size(); });
-  const auto from_response = [&]() -> std::optional<Model> {
-    try {
-      return from_frequency_response(model, longest, propagation);
-    } catch (const InputError&) {
-      return {};  // a slow motion has none to begin from
-    }
-  };
-  const std::array<std::function<std::optional<Model>()>, 3> starts{
-      from_response,  // the longest job first
-      [&] { return model; }, [&] { return softened(model); }};
-  std::array<std::optional<FittedModel>, starts.size()> fits;
-  for_each_job(threads, static_cast<int>(starts.size()), [&](int i) {
-    if (const std::optional<Model> start = starts[i]())
-      fits[i] = fitted(*start, {}, pieces, propagation, kIterations);
-  });
+  std::vector<Model> starts;
+  try {
+    starts.push_back(from_frequency_response(model, longest, propagation, threads));
+  } catch (const InputError&) {
+    // a slow motion has none to begin from
+  }
+  starts.push_back(model);
+  starts.push_back(softened(model));
+  std::vector<FittedModel> fits(starts.size());
+  for_each_job(threads, static_cast<int>(starts.size()),
+               [&](int i) { fits[i] = fitted(starts[i], {}, pieces, propagation, kIterations); });
   BaseFit result;
-  for (std::optional<FittedModel>& fit : fits)
-    if (fit) result.add(std::move(*fit));
+  for (FittedModel& fit : fits) result.add(std::move(fit));
   if (!std::isfinite(result.best.mse))
     throw InputError(pieces.front().name, 0, "y", "cannot be simulated from any of the starts");
   return result;

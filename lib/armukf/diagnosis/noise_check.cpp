@@ -18,10 +18,14 @@ namespace armukf {
 namespace {
 
 SearchTask task_of(const InitialChoice& initial, const std::vector<Record>& pieces,
-                   const Propagation& propagation) {
+                   const Propagation& propagation, int threads) {
   constexpr int kIterations = 60;
   constexpr double kTolerance = 1e-7;  // of the cost: a hundredth of a nat
-  return {pieces, initial, propagation, {.iterations = kIterations, .cost_tolerance = kTolerance}};
+  return {pieces,
+          initial,
+          propagation,
+          {.iterations = kIterations, .cost_tolerance = kTolerance},
+          threads};
 }
 
 /// The rest of a model with an effect as it was fitted beside the one that is taken out.
@@ -48,7 +52,7 @@ bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
   if (!base_) {
     const Model& model = now_.fit.model;
     base_ = likeliest(model, states_before(model, pieces_, records_.propagation), {},
-                      [&](const FoundMinimum& found) {
+                      records_.threads, [&](const FoundMinimum& found) {
                         correlation_ = correlation_at(found);
                         return correlation_ > settings.hopeless_correlation;
                       });
@@ -82,11 +86,11 @@ double NoiseCheck::chance_at(const FoundMinimum& found, const Trial& trial) cons
 }
 
 FoundMinimum NoiseCheck::likeliest(const Model& model, const StatesOfPieces& x0,
-                                   const std::optional<FilterNoise>& near,
+                                   const std::optional<FilterNoise>& near, int threads,
                                    const std::function<bool(const FoundMinimum&)>& ends) const {
   const InitialChoice initial = prediction_choice(model);
-  return searched_for_predictions_near(model, x0, task_of(initial, pieces_, records_.propagation),
-                                       near, ends);
+  return searched_for_predictions_near(
+      model, x0, task_of(initial, pieces_, records_.propagation, threads), near, ends);
 }
 
 std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
@@ -140,17 +144,24 @@ std::vector<FoundMinimum> NoiseCheck::likeliest_of(const std::vector<Promise>& p
   std::vector<FoundMinimum> all(promises.size());
   for_each_job(records_.threads, count, [&](int i) {
     const Suggestion& suggestion = promises[i].suggestion;
-    all[i] = likeliest(suggestion.model, suggestion.x0, base_->noise);
+    all[i] = likeliest(suggestion.model, suggestion.x0, base_->noise,
+                       threads_of_each(records_.threads, count));
   });
   const auto best = std::ranges::min_element(all, {}, &FoundMinimum::loss);
   if (best == all.end()) return all;
   const FoundMinimum leader = *best;
   const Model arm = with_values(now_.fit.model, leader.model);  // without its effect
-  for_each_job(records_.threads, count, [&](int i) {
-    const bool near = base_->loss - all[i].loss > kAsMuch * (base_->loss - leader.loss);
-    if (!near || all[i].loss <= leader.loss) return;
-    FoundMinimum again = likeliest(with_values(all[i].model, arm), all[i].x0, leader.noise);
-    if (again.loss < all[i].loss) all[i] = std::move(again);
+  std::vector<FoundMinimum*> followers;
+  for (FoundMinimum& found : all)
+    if (base_->loss - found.loss > kAsMuch * (base_->loss - leader.loss) &&
+        found.loss > leader.loss)
+      followers.push_back(&found);
+  const auto following = static_cast<int>(followers.size());
+  for_each_job(records_.threads, following, [&](int i) {
+    FoundMinimum& found = *followers[i];
+    FoundMinimum again = likeliest(with_values(found.model, arm), found.x0, leader.noise,
+                                   threads_of_each(records_.threads, following));
+    if (again.loss < found.loss) found = std::move(again);
   });
   return all;
 }
@@ -196,11 +207,12 @@ std::vector<Stead> NoiseCheck::instead(const Model& rest, const std::vector<Refi
                                        const AcceptanceSettings& settings) {
   if (!noise_can_be_all(settings)) return {};
   const auto unknowns = static_cast<double>(now_.fit.model.unknowns().size());
+  const auto count = static_cast<int>(rivals.size());
   std::vector<Stead> steads(rivals.size());
-  for_each_job(records_.threads, static_cast<int>(rivals.size()), [&](int i) {
+  for_each_job(records_.threads, count, [&](int i) {
     const Model start = with_rival(rest, rivals[i]);
-    FoundMinimum found =
-        likeliest(start, states_before(start, pieces_, records_.propagation), base_->noise);
+    FoundMinimum found = likeliest(start, states_before(start, pieces_, records_.propagation),
+                                   base_->noise, threads_of_each(records_.threads, count));
     const double more = static_cast<double>(found.model.unknowns().size()) - unknowns;
     found.x0.resize(records_.estimation.size());
     steads[i] = {&rivals[i], std::move(found.model), std::move(found.x0),

@@ -63,9 +63,9 @@ class NoiseCheck {
   /// Whether the base's innovations can be noise alone. Makes that base, once.
   bool noise_can_be_all(const AcceptanceSettings& settings);
 
-  /// near: noise that theirs is looked for near to; else anywhere.
+  /// near: noise that theirs is looked for near to; else anywhere. threads: that it may have.
   FoundMinimum likeliest(const Model& model, const StatesOfPieces& x0,
-                         const std::optional<FilterNoise>& near,
+                         const std::optional<FilterNoise>& near, int threads = 1,
                          const std::function<bool(const FoundMinimum&)>& ends = {}) const;
 
   /// Of each effect the most promising trial, if a fit of it may be beyond chance; the most
