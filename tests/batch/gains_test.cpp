@@ -212,6 +212,23 @@ TEST(Identify, FindsNoiseByPrediction) {
   EXPECT_FALSE(identify(published_arm(), {record}, settings).noise.has_value());
 }
 
+TEST(LikeliestPredictions, AreTheSameByAnyNumberOfThreads) {
+  const std::vector<Record> records{{"one", noisy_samples(3000)}, coloured_record(0.2, 0.6, 0.5)};
+  const InitialChoice initial = prediction_choice(published_arm());
+  const Propagation propagation;
+  const auto search = [&](int threads) {
+    return searched_for_predictions_near(
+        published_arm(), {}, {records, initial, propagation, {.iterations = 3}, threads});
+  };
+  const FoundMinimum one = search(1);
+  for (const int threads : {2, 5}) {
+    const FoundMinimum more = search(threads);
+    EXPECT_EQ(more.loss, one.loss);
+    EXPECT_EQ(more.minimum.z, one.minimum.z);
+    EXPECT_EQ(more.noise->torque_pole, one.noise->torque_pole);
+  }
+}
+
 TEST(LikeliestPredictions, AreNoLongerSoughtWhereTheCallerEndsIt) {
   const std::vector<Record> records{{"noisy", noisy_samples(2000)}};
   const InitialChoice initial = prediction_choice(published_arm());

@@ -19,6 +19,14 @@ TEST(Parallel, EveryJobIsDoneOnce) {
   for_each_job(2, 0, [](int) { FAIL(); });
 }
 
+TEST(Parallel, FewJobsShareTheThreads) {
+  EXPECT_EQ(threads_of_each(8, 3), 2);
+  EXPECT_EQ(threads_of_each(2, 5), 1);
+  EXPECT_EQ(threads_of_each(4, 0), 4);
+  EXPECT_EQ(threads_of_each(1, 1), 1);
+  EXPECT_GE(threads_of_each(0, 1), 1);
+}
+
 TEST(Parallel, TheFirstFailureByIndexIsThrownAndTheOtherJobsAreDone) {
   std::atomic<int> done = 0;
   try {
