@@ -132,7 +132,7 @@ TEST(LikeliestNoise, IsTheRecords) {
   const Record record = coloured_record(0.2, 0.6, 0.5);
   const FilterNoise noise = likeliest_noise(model, {rest(model, record.samples)}, {record}, {});
   EXPECT_NEAR(noise.sensor_pole, 0.6, 0.03);
-  EXPECT_LT(noise.torque_pole, 0.5);  // of so little beside the sensor's noise hardly known
+  EXPECT_LT(noise.torque_pole, 0.8);  // above 70 Hz the sensor's noise covers it
   EXPECT_TRUE(noise.motor_alone);
   EXPECT_NEAR(noise.density, 0.5 * std::sqrt(kSampleTime) / 0.2, 0.01);
 }
@@ -210,6 +210,23 @@ TEST(Identify, FindsNoiseByPrediction) {
   EXPECT_LT(std::pow(found.noise->rmse, 2), found.mse);
   settings.criterion = Criterion::kSimulation;
   EXPECT_FALSE(identify(published_arm(), {record}, settings).noise.has_value());
+}
+
+/// At the beginning of a record it is in motion, and the filter's states are at rest.
+TEST(LikeliestPredictions, CountNothingBeforeTheInitialStatesHaveFaded) {
+  const std::vector<Record> records{{"one", noisy_samples(3000)}};
+  const std::size_t faded = first_faded(records[0].samples);
+  EXPECT_EQ(faded, 300u);  // a tenth of so short a record
+  EXPECT_EQ(first_faded(noisy_samples(30000)), 2000u);
+  EXPECT_EQ(first_faded({}), 0u);
+  const InitialChoice initial = prediction_choice(published_arm());
+  const Propagation propagation;
+  const FoundMinimum found = searched_for_predictions_near(
+      published_arm(), {}, {records, initial, propagation, {.iterations = 3}});
+  EXPECT_EQ(found.gains[0].weight(faded - 1), 0.0);
+  EXPECT_GT(found.gains[0].weight(faded), 0.0);
+  const OutputError error(found.model, records, initial, propagation, found.gains);
+  EXPECT_EQ(error.measured(), 2700);
 }
 
 TEST(LikeliestPredictions, AreTheSameByAnyNumberOfThreads) {

@@ -68,6 +68,15 @@ TEST(Finished, IsWithoutAnyWhereFewerWereFarBetter) {
             std::string::npos);
 }
 
+TEST(Finished, HasNoEffectThatIsWithinSoManyOfItsDeviations) {
+  Found found(biased(), {"torque_bias"});
+  found.settings.most_sds_of_none = 1e6;
+  found.finish(kInfinite);
+  EXPECT_TRUE(found.diagnosis.effects.empty());
+  EXPECT_EQ(found.diagnosis.candidates[0].refused_because,
+            "the completed model has none of it beyond its deviation");
+}
+
 TEST(Finished, HasNoEffectOfWhichThereIsNone) {
   // Friction can only brake; of an arm that has less of it than was known there is none.
   Model truth = published_estimate();
@@ -75,7 +84,8 @@ TEST(Finished, HasNoEffectOfWhichThereIsNone) {
   Found found(truth, {"gear_friction"});
   found.finish(kInfinite);
   EXPECT_TRUE(found.diagnosis.effects.empty());
-  EXPECT_EQ(found.diagnosis.candidates[0].refused_because, "the completed model has none of it");
+  EXPECT_EQ(found.diagnosis.candidates[0].refused_because,
+            "the completed model has none of it beyond its deviation");
 }
 
 /// Five values of the friction, which so short a record hardly tells, beside one of a bias.

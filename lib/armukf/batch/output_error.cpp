@@ -35,10 +35,11 @@ OutputError::OutputError(const Model& model, const std::vector<Record>& records,
       threads_(threads),
       unknowns_(model.unknowns()) {
   gains_.resize(records.size());
-  for (const Record& record : records) {
-    rows_ += static_cast<int>(record.samples.size());
-    measured_ += static_cast<int>(
-        std::ranges::count_if(record.samples, [](const Sample& s) { return !std::isnan(s.y); }));
+  for (std::size_t e = 0; e < records.size(); ++e) {
+    const std::vector<Sample>& samples = records[e].samples;
+    rows_ += static_cast<int>(samples.size());
+    for (std::size_t k = 0; k < samples.size(); ++k)
+      if (!std::isnan(samples[k].y) && gains_[e].weight(k) != 0.0) ++measured_;
   }
 }
 

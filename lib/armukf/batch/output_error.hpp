@@ -25,7 +25,7 @@ class OutputError {
               const Propagation& propagation, std::vector<Gains> gains = {}, int threads = 1);
 
   int rows() const { return rows_; }
-  int measured() const { return measured_; }  // rows with a measurement
+  int measured() const { return measured_; }  // rows with a measurement that counts
   int unknowns() const { return static_cast<int>(unknowns_.size()); }
   int free_states() const { return static_cast<int>(initial_.free.size()); }
   int variables() const { return first_state(static_cast<int>(records_.size())); }

@@ -58,12 +58,6 @@ using FewShape = BoundedShape<8, 8>;
 using AnyShape = BoundedShape<kMaxStates, kMaxStates>;
 using WideShape = BoundedShape<kMaxStates + 2, kMaxStates + 2>;
 
-/// The prior deviations of the initial states fade within a second. Until then they count for
-/// nothing in the sums: in units of the sensor's noise, which is not known yet, they may be far
-/// off.
-constexpr double kFadedS = 1.0;     // s
-constexpr double kMostFaded = 0.1;  // of a short record
-
 /// What the filter needs to know of a record.
 struct Setting {
   const Model& model;
@@ -230,11 +224,10 @@ InnovationSums filter(const Setting& setting, Shape shape, Visit visit, See see)
   Gaussian<Shape> belief = first_belief(setting, shape);
   InnovationSums sums;
   const std::vector<Sample>& samples = setting.samples;
-  const double begin = samples.front().t;
-  const double faded = begin + std::min(kFadedS, kMostFaded * (samples.back().t - begin));
-  for (std::size_t k = 0; k < setting.samples.size(); ++k) {
+  const std::size_t faded = first_faded(samples);
+  for (std::size_t k = 0; k < samples.size(); ++k) {
     if (k > 0) {
-      const double dt = setting.samples[k].t - setting.samples[k - 1].t;
+      const double dt = samples[k].t - samples[k - 1].t;
       const auto f = [&]<class Number>(const Number* x, const Number* /*unknowns*/) {
         std::array<Number, Shape::kStates> moved{};
         std::copy_n(x, shape.states(), moved.begin());
@@ -250,9 +243,9 @@ InnovationSums filter(const Setting& setting, Shape shape, Visit visit, See see)
       if (torque_coloured) variance[torque_row] = drive / dt;
       move_to(belief, rule(belief, f), variance);
     }
-    if (!std::isnan(setting.samples[k].y)) {
+    if (!std::isnan(samples[k].y)) {
       const Update<Shape> update = updated(setting, belief, rule, step, k);
-      if (samples[k].t >= faded) sums.add(update.innovation);
+      if (k >= faded) sums.add(update.innovation);
       see(k, update);
     }
     visit(k, belief.mean);
@@ -529,6 +522,15 @@ Prediction predict_ahead(Setting setting, Shape shape, std::size_t horizon) {
 }
 
 }  // namespace
+
+std::size_t first_faded(const std::vector<Sample>& samples) {
+  constexpr double kFadedS = 1.0;     // s
+  constexpr double kMostFaded = 0.1;  // of a short record
+  if (samples.empty()) return 0;
+  const double begin = samples.front().t;
+  const double faded = begin + std::min(kFadedS, kMostFaded * (samples.back().t - begin));
+  return std::ranges::lower_bound(samples, faded, {}, &Sample::t) - samples.begin();
+}
 
 Prediction predict_ahead(const Model& model, const std::vector<double>& x0,
                          const std::vector<Sample>& samples, const Propagation& propagation,

@@ -44,6 +44,11 @@ std::vector<std::vector<double>> predictions_at(const Model& model, const std::v
                                                 std::span<const int> horizons,
                                                 const PartModels& parts = {});
 
+/// The first sample at which what is not known of the initial states has faded: a second, or a
+/// tenth of a short record, after the first one. Until then what a filter makes of them depends on
+/// the sensor's noise, which is not known yet, and counts for nothing in a likelihood.
+std::size_t first_faded(const std::vector<Sample>& samples);
+
 /// The noise with which the innovations of the first samples of each piece are likeliest, the
 /// sensor's deviation the same for all; within bounds, and not far from one that is given. threads:
 /// that try noises; 0: one per processor.

@@ -41,9 +41,11 @@ FoundMinimum searched_with(const FilterNoise& noise, const Model& model, const S
                            const SearchTask& task) {
   const StatesOfPieces beginning = beginning_of(model, x0, task);
   std::vector<Gains> gains;
-  for (std::size_t e = 0; e < task.records.size(); ++e)
-    gains.push_back(
-        filter_gains(model, beginning[e], task.records[e].samples, task.propagation, noise));
+  for (std::size_t e = 0; e < task.records.size(); ++e) {
+    const std::vector<Sample>& samples = task.records[e].samples;
+    gains.push_back(filter_gains(model, beginning[e], samples, task.propagation, noise));
+    std::fill_n(gains[e].innovation_sd.begin(), first_faded(samples), kInfinite);
+  }
   FoundMinimum found = searched(model, x0, std::move(gains), task);
   found.noise = noise;
   return found;

@@ -71,26 +71,31 @@ std::size_t heaviest(const Completing& completing, const Diagnosis& diagnosis, c
   return place;
 }
 
-/// Whether all that makes an effect larger than nothing is 0.
-bool is_none(const EffectSlot& slot, const Model& model) {
+/// Whether all that makes an effect larger than nothing is 0, or no more of its deviations from it
+/// than that.
+bool is_none(const EffectSlot& slot, const FittedModel& fit, double most_sds) {
   constexpr double kNothing = 1e-9;  // of a typical size: what a bound leaves
   const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
   bool any = false;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     if (parameters[i].role != Role::kSize) continue;
     any = true;
-    const double size = model.parameters[slot.first_parameter + i].value;
-    if (!(std::abs(size) <= kNothing * parameters[i].scale)) return false;
+    const int position = slot.first_parameter + static_cast<int>(i);
+    const double size = std::abs(fit.model.parameters[position].value);
+    const auto told = std::ranges::find(fit.parameters, position, &ParameterEstimate::position);
+    const double sd = told != fit.parameters.end() && std::isfinite(told->sd) ? told->sd : 0.0;
+    if (!(size <= std::max(kNothing * parameters[i].scale, most_sds * sd))) return false;
   }
   return any;
 }
 
 /// Place of an effect that the completed model has none of.
-std::optional<std::size_t> place_of_none(const Diagnosis& diagnosis, const Model& model) {
+std::optional<std::size_t> place_of_none(const Diagnosis& diagnosis, const FittedModel& fit,
+                                         double most_sds) {
+  const std::vector<EffectSlot>& effects = fit.model.effects;
   for (std::size_t i = 0; i < diagnosis.effects.size(); ++i) {
-    const auto slot =
-        std::ranges::find(model.effects, diagnosis.effects[i].effect, &EffectSlot::name);
-    if (slot != model.effects.end() && is_none(*slot, model)) return i;
+    const auto slot = std::ranges::find(effects, diagnosis.effects[i].effect, &EffectSlot::name);
+    if (slot != effects.end() && is_none(*slot, fit, most_sds)) return i;
   }
   return {};
 }
@@ -196,8 +201,9 @@ Simulated finished(const Completing& completing, const Simulated& without_any, d
   };
   while (!diagnosis.effects.empty()) {
     Simulated simulated{refined(now, held, records), {}};
-    if (const auto none = place_of_none(diagnosis, simulated.estimation.model)) {
-      go_on_without(*none, "the completed model has none of it");
+    if (const auto none =
+            place_of_none(diagnosis, simulated.estimation, completing.settings.most_sds_of_none)) {
+      go_on_without(*none, "the completed model has none of it beyond its deviation");
       continue;
     }
     simulated.validation = judged(simulated.estimation, records);
