@@ -1,21 +1,19 @@
 #include "armukf/batch/prediction.hpp"
 
-#include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <functional>
 #include <numbers>
 #include <optional>
 #include <type_traits>
 #include <utility>
 
 #include "armukf/batch/gains.hpp"
+#include "armukf/batch/noise_search.hpp"
 #include "armukf/core/constants.hpp"
-#include "armukf/core/parallel.hpp"
 #include "armukf/filter/kalman.hpp"
 #include "armukf/filter/linearised.hpp"
+#include "armukf/fit/golden_section.hpp"
 #include "armukf/model/dynamics.hpp"
 #include "armukf/model/plant.hpp"
 #include "armukf/ode/propagate.hpp"
@@ -301,31 +299,6 @@ auto with_state_shape(const Setting& setting, Visit visit) {
   return visit(WideShape{rows, rows});
 }
 
-/// The x in [low, high] of the least loss, where that has one minimum; by golden section,
-/// each step of which leaves 62 % of the interval.
-template <class Loss>
-double least(double low, double high, const Loss& loss, int steps = 14) {
-  const double golden = 1.0 / std::numbers::phi;
-  double a = high - golden * (high - low);
-  double b = low + golden * (high - low);
-  double loss_a = loss(a);
-  double loss_b = loss(b);
-  for (int i = 0; i < steps; ++i) {
-    if (loss_a < loss_b) {
-      high = std::exchange(b, a);
-      loss_b = loss_a;
-      a = high - golden * (high - low);
-      loss_a = loss(a);
-    } else {
-      low = std::exchange(a, b);
-      loss_a = loss_b;
-      b = low + golden * (high - low);
-      loss_b = loss(b);
-    }
-  }
-  return 0.5 * (low + high);
-}
-
 /// The density whose predictions are best, the sensor's noise white.
 template <class Shape>
 double best_density(Setting setting, Shape shape, std::size_t horizon) {
@@ -333,7 +306,7 @@ double best_density(Setting setting, Shape shape, std::size_t horizon) {
   constexpr double kMost = 6.0;           // only the torque is
   constexpr std::size_t kPerHorizon = 4;  // predictions that overlap more tell little more
   const std::size_t stride = std::max<std::size_t>(1, horizon / kPerHorizon);
-  return std::exp(least(kLeast, kMost, [&](double x) {
+  return std::exp(golden_section(kLeast, kMost, [&](double x) {
     double sum = 0.0;
     setting.noise.density = std::exp(x);
     visit_predictions(setting, shape, horizon, stride, [&](std::size_t k, double y) {
@@ -380,127 +353,6 @@ std::vector<std::vector<double>> predictions_at(const Setting& setting, Shape sh
   filter(setting, shape, predict, [](std::size_t, const Update<Shape>&) {});
   return all;
 }
-
-/// Looks for the likeliest noise, whose coordinates are the logarithm of its density, the sensor's
-/// pole and -ln(1 - pole) of the torque.
-class NoiseSearch {
- public:
-  NoiseSearch(const FilterNoise& start, std::function<double(const FilterNoise&)> loss, int threads)
-      : loss_(std::move(loss)), threads_(threads), best_(start), best_loss_(loss_(start)) {}
-
-  const FilterNoise& best() const { return best_; }
-  double loss() const { return best_loss_; }  // of the best
-
-  /// Each of any density.
-  void anywhere(const std::vector<FilterNoise>& noises) {
-    std::vector<FilterNoise> found(noises.size());
-    for_each_job(threads_, static_cast<int>(noises.size()),
-                 [&](int i) { found[i] = best_density(noises[i], kLow[0], kHigh[0]); });
-    keep(found);
-  }
-
-  /// Of densities about its own.
-  void near(const FilterNoise& noise) {
-    const double x = std::log(noise.density);
-    keep({best_density(noise, std::max(kLow[0], x - kNear), std::min(kHigh[0], x + kNear))});
-  }
-
-  /// From the best on by Newton's steps, until they bring nothing more.
-  void polish(int most_steps) {
-    constexpr double kNoLikelier = 0.3;
-    for (int step = 0; step < most_steps; ++step) {
-      const double before = best_loss_;
-      take_step();
-      if (!(best_loss_ < before - kNoLikelier)) break;
-    }
-  }
-
- private:
-  using Place = Eigen::Vector3d;
-  // Slower than a pole of 0.97 a torque's noise could be friction's or an offset's drift.
-  static inline const Place kLow{-7.0, 0.0, 0.0};
-  static inline const Place kHigh{0.0, 0.95, 3.5};
-  static inline const Place kStep{0.3, 0.06, 0.25};
-  static constexpr double kNear = 1.0;  // of the density's logarithm
-
-  static Place place_of(const FilterNoise& noise) {
-    return {std::log(noise.density), noise.sensor_pole, -std::log1p(-noise.torque_pole)};
-  }
-
-  FilterNoise noise_at(const Place& x, bool motor_alone) const {
-    return {std::exp(x[0]), x[1], -std::expm1(-x[2]), motor_alone};
-  }
-
-  /// Losses of those noises, the best of which is kept.
-  std::vector<double> keep(const std::vector<FilterNoise>& noises) {
-    std::vector<double> losses(noises.size());
-    for_each_job(threads_, static_cast<int>(noises.size()),
-                 [&](int i) { losses[i] = loss_(noises[i]); });
-    const auto least_loss = std::ranges::min_element(losses);
-    if (*least_loss < best_loss_) {
-      best_loss_ = *least_loss;
-      best_ = noises[least_loss - losses.begin()];
-    }
-    return losses;
-  }
-
-  FilterNoise best_density(FilterNoise noise, double low, double high) const {
-    constexpr int kSteps = 3;  // leave a quarter of the bounds
-    const double x = least(
-        low, high,
-        [&](double tried) {
-          noise.density = std::exp(tried);
-          return loss_(noise);
-        },
-        kSteps);
-    noise.density = std::exp(x);
-    return noise;
-  }
-
-  /// To the least of the quadratic function through places about the best.
-  void take_step() {
-    constexpr double kFarthest = 4.0;    // kStep
-    constexpr double kLeastBend = 1e-2;  // nats
-    constexpr int kMostHalved = 3;
-    const Place middle = place_of(best_).cwiseMax(kLow + kStep).cwiseMin(kHigh - kStep);
-    const auto noise_by = [&, motor_alone = best_.motor_alone](const Place& steps) {
-      const Place there = middle + kStep.cwiseProduct(steps);
-      return noise_at(there.cwiseMax(kLow).cwiseMin(kHigh), motor_alone);
-    };
-    std::vector<FilterNoise> places{noise_by(Place::Zero())};
-    for (int i = 0; i < 3; ++i) {
-      places.push_back(noise_by(Place::Unit(i)));
-      places.push_back(noise_by(-Place::Unit(i)));
-      for (int j = 0; j < i; ++j) places.push_back(noise_by(Place::Unit(i) + Place::Unit(j)));
-    }
-    const std::vector<double> losses = keep(places);
-    const double here = losses.front();
-    auto next = losses.begin() + 1;
-    Place up;
-    Place slope;
-    Eigen::Matrix3d bend;
-    for (int i = 0; i < 3; ++i) {
-      up[i] = *next++;
-      const double down = *next++;
-      slope[i] = 0.5 * (up[i] - down);
-      bend(i, i) = up[i] - 2.0 * here + down;
-      for (int j = 0; j < i; ++j) bend(i, j) = bend(j, i) = *next++ - up[i] - up[j] + here;
-    }
-    if (!bend.allFinite() || !slope.allFinite()) return;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(bend);
-    const Place bends = axes.eigenvalues().cwiseAbs().cwiseMax(kLeastBend);
-    Place step =
-        -axes.eigenvectors() * (axes.eigenvectors().transpose() * slope).cwiseQuotient(bends);
-    step *= std::min(1.0, kFarthest / step.norm());
-    for (int halved = 0; halved < kMostHalved; ++halved, step *= 0.5)
-      if (keep({noise_by(step)}).front() < here) break;
-  }
-
-  std::function<double(const FilterNoise&)> loss_;
-  int threads_;
-  FilterNoise best_;
-  double best_loss_;
-};
 
 template <class Shape>
 Prediction predict_ahead(Setting setting, Shape shape, std::size_t horizon) {

@@ -1,0 +1,61 @@
+#include "armukf/batch/noise_search.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+
+namespace armukf {
+namespace {
+
+/// A narrow valley between density and torque's pole, as a record's likelihood has one.
+double valley(const FilterNoise& noise, const FilterNoise& least) {
+  const double density = std::log(noise.density / least.density);
+  const double sensor = noise.sensor_pole - least.sensor_pole;
+  const double torque = std::log((1.0 - noise.torque_pole) / (1.0 - least.torque_pole));
+  return 200.0 * std::pow(density + torque, 2) + 2.0 * std::pow(density - torque, 2) +
+         300.0 * sensor * sensor + 10.0 * density * sensor + 0.5 * std::pow(density, 4);
+}
+
+TEST(NoiseSearch, FollowsAValley) {
+  const FilterNoise least{0.2, 0.4, 0.9, true};
+  NoiseSearch search({1.0, 0.1, 0.3, true}, [&](const FilterNoise& n) { return valley(n, least); });
+  search.anywhere({{1.0, 0.3, 0.0, true}, {1.0, 0.3, 0.8, true}});
+  search.polish(6);
+  EXPECT_LT(search.loss(), 0.05);
+  EXPECT_NEAR(search.best().sensor_pole, 0.4, 0.01);
+  EXPECT_NEAR(search.best().torque_pole, 0.9, 0.01);
+  EXPECT_NEAR(search.best().density, 0.2, 0.01);
+  EXPECT_TRUE(search.best().motor_alone);
+}
+
+TEST(NoiseSearch, EndsAtABound) {
+  const FilterNoise beyond{0.2, -0.3, 0.995, true};
+  NoiseSearch search({0.2, 0.5, 0.9, true},
+                     [&](const FilterNoise& n) { return valley(n, beyond); });
+  search.polish(10);
+  EXPECT_EQ(search.best().sensor_pole, 0.0);
+  EXPECT_NEAR(search.best().torque_pole, -std::expm1(-3.5), 1e-9);
+}
+
+TEST(NoiseSearch, KeepsWhatNothingIsBetterThan) {
+  const FilterNoise start{0.2, 0.5, 0.9, true};
+  NoiseSearch search(start, [](const FilterNoise& n) { return n.density == 0.2 ? 1.0 : INFINITY; });
+  search.anywhere({{1.0}});
+  search.near({0.1});
+  search.polish(3);
+  EXPECT_EQ(search.loss(), 1.0);
+  EXPECT_EQ(search.best().density, 0.2);
+}
+
+TEST(NoiseSearch, EndsWhereAStepBringsNothing) {
+  std::atomic<int> calls = 0;
+  const FilterNoise least{0.2, 0.4, 0.9, true};
+  NoiseSearch search(
+      least, [&](const FilterNoise& n) { return ++calls, valley(n, least); }, 2);
+  search.polish(100);
+  EXPECT_LT(calls, 20);
+}
+
+}  // namespace
+}  // namespace armukf
