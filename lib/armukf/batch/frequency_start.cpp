@@ -204,6 +204,7 @@ std::vector<Candidate> verified(const std::vector<Candidate>& candidates, const 
   for_each_job(threads, static_cast<int>(starts.size()),
                [&](int i) { found[i] = searched(starts[i], record, propagation); });
   std::vector<Candidate> best;
+  best.reserve(candidates.size());
   for (const Candidate& candidate : candidates) best.push_back({candidate.model, kInfinite});
   for (std::size_t i = 0; i < found.size(); ++i)
     if (found[i].misfit < best[candidate_of[i]].misfit) best[candidate_of[i]] = std::move(found[i]);
