@@ -47,6 +47,8 @@ struct FilterNoise {
   bool motor_alone = false;
 };
 
+enum class TorqueNoise { kWhite, kColoured };
+
 /// The gains of the extended Kalman filter of predict_ahead. They hold at the model's parameters,
 /// and are meant to stay while parameters are varied about them.
 Gains filter_gains(const Model& model, const std::vector<double>& x0,

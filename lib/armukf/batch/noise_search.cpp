@@ -59,8 +59,12 @@ Place step_within(const Eigen::Matrix3d& bend, const Place& slope, const Place& 
 }  // namespace
 
 NoiseSearch::NoiseSearch(const FilterNoise& start, std::function<double(const FilterNoise&)> loss,
-                         int threads)
-    : loss_(std::move(loss)), threads_(threads), best_(start), best_loss_(loss_(start)) {}
+                         int threads, TorqueNoise torque)
+    : loss_(std::move(loss)),
+      threads_(threads),
+      torque_(torque),
+      best_(start),
+      best_loss_(loss_(start)) {}
 
 void NoiseSearch::anywhere(const std::vector<FilterNoise>& noises) {
   std::vector<FilterNoise> found(noises.size());
@@ -111,7 +115,9 @@ void NoiseSearch::take_step() {
   const Place apart{0.3, 0.06, 0.25};
   const Place middle = place_of(best_).cwiseMax(lowest() + apart).cwiseMin(highest() - apart);
   const auto noise_by = [&, motor_alone = best_.motor_alone](const Place& steps) {
-    return noise_at(middle + apart.cwiseProduct(steps), motor_alone);
+    Place there = middle + apart.cwiseProduct(steps);
+    if (torque_ == TorqueNoise::kWhite) there[2] = 0.0;
+    return noise_at(there, motor_alone);
   };
   std::vector<FilterNoise> places{noise_by(Place::Zero())};
   for (int i = 0; i < 3; ++i) {

@@ -13,7 +13,7 @@ class NoiseSearch {
  public:
   /// loss: is called on that many threads at once (0: one per processor).
   NoiseSearch(const FilterNoise& start, std::function<double(const FilterNoise&)> loss,
-              int threads = 1);
+              int threads = 1, TorqueNoise torque = TorqueNoise::kColoured);
 
   const FilterNoise& best() const { return best_; }
   double loss() const { return best_loss_; }  // of the best
@@ -39,6 +39,7 @@ class NoiseSearch {
 
   std::function<double(const FilterNoise&)> loss_;
   int threads_;
+  TorqueNoise torque_;
   FilterNoise best_;
   double best_loss_;
 };

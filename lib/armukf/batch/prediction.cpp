@@ -411,7 +411,8 @@ Gains filter_gains(const Model& model, const std::vector<double>& x0,
 
 FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
                             const std::vector<Record>& pieces, const Propagation& propagation,
-                            const std::optional<FilterNoise>& near, int threads) {
+                            const std::optional<FilterNoise>& near, int threads,
+                            TorqueNoise torque) {
   constexpr std::size_t kEnough = 8000;  // samples of a piece
   constexpr std::size_t kForALook = 3000;
   constexpr double kUsualTorquePole = 0.8;
@@ -438,7 +439,7 @@ FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
     };
   };
   if (near) {
-    NoiseSearch search(*near, loss_over(kEnough), threads);
+    NoiseSearch search(*near, loss_over(kEnough), threads, torque);
     FilterNoise elsewhere = *near;
     elsewhere.motor_alone = !near->motor_alone;
     search.near(elsewhere);
@@ -450,11 +451,11 @@ FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
     std::vector<FilterNoise> places;
     for (const double sensor_pole : {0.0, 0.3, 0.6, 0.9})
       for (const double torque_pole : {0.0, kUsualTorquePole})
-        if (torque_pole == 0.0 || motor_alone)
+        if (torque_pole == 0.0 || (motor_alone && torque == TorqueNoise::kColoured))
           places.push_back({1.0, sensor_pole, torque_pole, motor_alone});
-    NoiseSearch look(places.front(), loss_over(kForALook), threads);
+    NoiseSearch look(places.front(), loss_over(kForALook), threads, torque);
     look.anywhere(places);
-    NoiseSearch search(look.best(), loss_over(kEnough), threads);
+    NoiseSearch search(look.best(), loss_over(kEnough), threads, torque);
     search.polish(kSteps);
     if (!likeliest || search.loss() < likeliest->loss()) likeliest = std::move(search);
   }

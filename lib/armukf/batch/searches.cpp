@@ -126,13 +126,22 @@ FoundMinimum searched_for_predictions_near(const Model& model, const StatesOfPie
   SearchPath path;
   path.last.model = model;
   path.last.x0 = x0;
-  std::optional<FilterNoise> noise = near;
-  for (int round = 0; round < kRounds; ++round) {
-    const double before = path.best.loss;
-    noise = likeliest_noise(path.last.model, beginning_of(path.last.model, path.last.x0, task),
-                            task.records, task.propagation, noise, task.threads);
-    path.add(searched_with(*noise, path.last.model, path.last.x0, task));
-    if (!(path.best.loss < before - kNoLikelier) || (ends && ends(path.best))) break;
+  const auto go_on = [&](std::optional<FilterNoise> noise, TorqueNoise torque) {
+    for (int round = 0; round < kRounds; ++round) {
+      const double before = path.best.loss;
+      noise = likeliest_noise(path.last.model, beginning_of(path.last.model, path.last.x0, task),
+                              task.records, task.propagation, noise, task.threads, torque);
+      path.add(searched_with(*noise, path.last.model, path.last.x0, task));
+      if (ends && ends(path.best)) return false;
+      if (!(path.best.loss < before - kNoLikelier)) break;
+    }
+    return true;
+  };
+  if (near) {
+    go_on(near, TorqueNoise::kColoured);
+  } else if (go_on({}, TorqueNoise::kWhite)) {
+    path.last = path.best;
+    go_on({}, TorqueNoise::kColoured);
   }
   return path.result();
 }

@@ -54,7 +54,8 @@ FoundMinimum searched_for_simulation(const Model& model, const StatesOfPieces& x
 /// The likeliest predictions one sample ahead: from where the model stands, the likeliest noise
 /// there, then the likeliest model with that noise's gains, until it becomes no likelier; or until
 /// `ends` says of what such a round has found that no other is wanted. near: noise that is looked
-/// for near to; else anywhere.
+/// for near to; else anywhere, and the torque's is white until the model is found, since what is
+/// not found yet looks like a slow torque.
 FoundMinimum searched_for_predictions_near(
     const Model& model, const StatesOfPieces& x0, const SearchTask& task,
     const std::optional<FilterNoise>& near = {},
