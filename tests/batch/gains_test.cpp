@@ -214,10 +214,12 @@ TEST(Identify, FindsNoiseByPrediction) {
 
 /// At the beginning of a record it is in motion, and the filter's states are at rest.
 TEST(LikeliestPredictions, CountNothingBeforeTheInitialStatesHaveFaded) {
-  const std::vector<Record> records{{"one", noisy_samples(3000)}};
+  const std::vector<Record> records{{"one", noisy_samples(1000)}};
   const std::size_t faded = first_faded(records[0].samples);
-  EXPECT_EQ(faded, 300u);  // a tenth of so short a record
-  EXPECT_EQ(first_faded(noisy_samples(30000)), 2000u);
+  EXPECT_EQ(faded, 100u);  // a tenth of so short a record
+  std::vector<Sample> more;
+  for (int k = 0; k < 30000; ++k) more.push_back({k * 5e-4, 0.0, 0.0});
+  EXPECT_EQ(first_faded(more), 2000u);
   EXPECT_EQ(first_faded({}), 0u);
   const InitialChoice initial = prediction_choice(published_arm());
   const Propagation propagation;
@@ -226,11 +228,11 @@ TEST(LikeliestPredictions, CountNothingBeforeTheInitialStatesHaveFaded) {
   EXPECT_EQ(found.gains[0].weight(faded - 1), 0.0);
   EXPECT_GT(found.gains[0].weight(faded), 0.0);
   const OutputError error(found.model, records, initial, propagation, found.gains);
-  EXPECT_EQ(error.measured(), 2700);
+  EXPECT_EQ(error.measured(), 900);
 }
 
 TEST(LikeliestPredictions, AreTheSameByAnyNumberOfThreads) {
-  const std::vector<Record> records{{"one", noisy_samples(3000)}, coloured_record(0.2, 0.6, 0.5)};
+  const std::vector<Record> records{{"one", noisy_samples(1000)}, {"two", noisy_samples(700)}};
   const InitialChoice initial = prediction_choice(published_arm());
   const Propagation propagation;
   const auto search = [&](int threads) {
@@ -238,12 +240,10 @@ TEST(LikeliestPredictions, AreTheSameByAnyNumberOfThreads) {
         published_arm(), {}, {records, initial, propagation, {.iterations = 3}, threads});
   };
   const FoundMinimum one = search(1);
-  for (const int threads : {2, 5}) {
-    const FoundMinimum more = search(threads);
-    EXPECT_EQ(more.loss, one.loss);
-    EXPECT_EQ(more.minimum.z, one.minimum.z);
-    EXPECT_EQ(more.noise->torque_pole, one.noise->torque_pole);
-  }
+  const FoundMinimum more = search(3);
+  EXPECT_EQ(more.loss, one.loss);
+  EXPECT_EQ(more.minimum.z, one.minimum.z);
+  EXPECT_EQ(more.noise->torque_pole, one.noise->torque_pole);
 }
 
 TEST(LikeliestPredictions, AreNoLongerSoughtWhereTheCallerEndsIt) {
