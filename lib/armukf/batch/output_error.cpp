@@ -1,6 +1,7 @@
 #include "armukf/batch/output_error.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <utility>
 
@@ -94,13 +95,11 @@ OutputError::Evaluation OutputError::evaluate(const double* v, bool derivatives)
                  .J = JacobianMatrix(rows_, 0)};
   if (derivatives && records_.size() > 1) all.J = JacobianMatrix::Zero(rows_, variables());
   const std::vector<Stretch> rows = stretches();
-  if (!all.valid) return all;
-  std::vector<char> valid(records_.size(), 0);
+  std::atomic<bool> valid = all.valid;
   for_each_job(threads_, static_cast<int>(records_.size()), [&](int e) {
-    valid[e] = evaluate(model, v, e, rows[e].first, derivatives, all) ? 1 : 0;
+    if (valid && !evaluate(model, v, e, rows[e].first, derivatives, all)) valid = false;
   });
-  all.valid = std::ranges::find(valid, 0) == valid.end() &&
-              std::isfinite(all.J.squaredNorm());  // derivatives may run away first
+  all.valid = valid && std::isfinite(all.J.squaredNorm());  // derivatives may run away first
   return all;
 }
 

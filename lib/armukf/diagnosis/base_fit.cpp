@@ -1,10 +1,8 @@
 #include "armukf/diagnosis/base_fit.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
-#include <optional>
 #include <tuple>
 #include <utility>
 

@@ -15,8 +15,7 @@
 namespace armukf {
 namespace {
 
-constexpr int kLong = 60;         // iterations to the end of a plain fit
-constexpr int kShort = 10;        // where only a block has gone
+constexpr int kShort = 10;        // iterations, where only a block has gone
 constexpr double kNoHelp = 0.01;  // an effect worth less of every error goes again
 
 /// Initial states of `fewer`, by name, from those of `full`.
@@ -158,7 +157,7 @@ FittedModel refined(const Explained& now, const Held& held, const TraceRecords& 
   const Explained slow = fitted_together(now, held, records, kSlowDensity);
   const FittedModel start = simulated_from(slow, {}, records);
   FittedModel refitted =
-      fitted(start.model, start.x0, records.estimation, records.propagation, kLong);
+      fitted(start.model, start.x0, records.estimation, records.propagation, kPlainIterations);
   const Explained simulated = explained(refitted.model, slow.fit.x0, records, kSimulated);
   const auto far = [&](const Explained& e) {
     return (records.validation_judges() ? e.validation : e.estimation).all[kLast];

@@ -13,6 +13,8 @@
 /// The completed model as a simulation, and what does not belong into it.
 namespace armukf {
 
+inline constexpr int kPlainIterations = 60;  // to the end of a plain fit
+
 /// A model as a plain simulation: fitted to the estimation pieces, and on what judges it.
 struct Simulated {
   FittedModel estimation;

@@ -62,10 +62,7 @@ bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
 }
 
 double NoiseCheck::loss_without(const Model& with) const {
-  const Model start = with_values(now_.fit.model, with);
-  const FoundMinimum other =
-      likeliest(start, states_before(start, pieces_, records_.propagation), base_->noise);
-  return std::min(base_->loss, other.loss);
+  return std::min(base_->loss, likeliest_near_base(with_values(now_.fit.model, with)).loss);
 }
 
 OutputError::Evaluation NoiseCheck::errors_at(const FoundMinimum& found, bool derivatives) const {
@@ -93,17 +90,19 @@ FoundMinimum NoiseCheck::likeliest(const Model& model, const StatesOfPieces& x0,
       model, x0, task_of(initial, pieces_, records_.propagation, threads), near, ends);
 }
 
+FoundMinimum NoiseCheck::likeliest_near_base(const Model& start, int threads) const {
+  return likeliest(start, states_before(start, pieces_, records_.propagation), base_->noise,
+                   threads);
+}
+
 std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
                                 const AcceptanceSettings& settings) {
   if (!noise_can_be_all(settings)) return "";
   const std::array starts{refit.explained.fit.model,
                           with_values(refit.explained.fit.model, base_->model)};
   std::array<double, starts.size()> losses{};
-  for_each_job(records_.threads, static_cast<int>(starts.size()), [&](int i) {
-    losses[i] =
-        likeliest(starts[i], states_before(starts[i], pieces_, records_.propagation), base_->noise)
-            .loss;
-  });
+  for_each_job(records_.threads, static_cast<int>(starts.size()),
+               [&](int i) { losses[i] = likeliest_near_base(starts[i]).loss; });
   const double gain = base_->loss - *std::ranges::min_element(losses);
   const double p = corrected(chi_square_tail(2.0 * std::max(0.0, gain), refit.parameters),
                              refit.trial.effect, looks);
@@ -210,9 +209,8 @@ std::vector<Stead> NoiseCheck::instead(const Model& rest, const std::vector<Refi
   const auto count = static_cast<int>(rivals.size());
   std::vector<Stead> steads(rivals.size());
   for_each_job(records_.threads, count, [&](int i) {
-    const Model start = with_rival(rest, rivals[i]);
-    FoundMinimum found = likeliest(start, states_before(start, pieces_, records_.propagation),
-                                   base_->noise, threads_of_each(records_.threads, count));
+    FoundMinimum found =
+        likeliest_near_base(with_rival(rest, rivals[i]), threads_of_each(records_.threads, count));
     const double more = static_cast<double>(found.model.unknowns().size()) - unknowns;
     found.x0.resize(records_.estimation.size());
     steads[i] = {&rivals[i], std::move(found.model), std::move(found.x0),

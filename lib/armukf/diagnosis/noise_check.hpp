@@ -68,6 +68,9 @@ class NoiseCheck {
                          const std::optional<FilterNoise>& near, int threads = 1,
                          const std::function<bool(const FoundMinimum&)>& ends = {}) const;
 
+  /// From that model on, the noise near to the base's.
+  FoundMinimum likeliest_near_base(const Model& start, int threads = 1) const;
+
   /// Of each effect the most promising trial, if a fit of it may be beyond chance; the most
   /// promising first, and no more than are worth the time.
   std::vector<Promise> promising(const std::vector<Trial>& trials, const Looks& looks) const;

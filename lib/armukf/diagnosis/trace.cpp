@@ -26,7 +26,6 @@
 namespace armukf {
 namespace {
 
-constexpr int kLong = 60;              // iterations to the end of a plain fit
 constexpr double kHopelessFit = 20.0;  // percent, of a simulation
 constexpr double kForetoldFit = 50.0;  // percent, of predictions over 200 samples
 constexpr double kMoreLeft = 1.5;      // times, of the validation's error over the estimation's
@@ -35,7 +34,7 @@ constexpr double kMoreLeft = 1.5;      // times, of the validation's error over 
 /// simulation as well.
 void add_start(const Explained& start, const TraceRecords& records, BaseFit& base) {
   const FittedModel at = plain(start, records);
-  base.add(fitted(at.model, at.x0, records.estimation, records.propagation, kLong));
+  base.add(fitted(at.model, at.x0, records.estimation, records.propagation, kPlainIterations));
 }
 
 /// angle: whether a model that it is compared with has effects of the motor's angle.
