@@ -15,13 +15,13 @@
 namespace armukf {
 namespace {
 
-constexpr double kNoise = 0.1;  // rad/s
+constexpr double kSensorNoise = 0.1;  // rad/s
 
 Record experiment(const Model& truth, ExperimentKind kind) {
   ExperimentSettings settings;
   settings.kind = kind;
   settings.samples = 8000;
-  settings.sensor_noise = kNoise;
+  settings.sensor_noise = kSensorNoise;
   settings.seed = kind == ExperimentKind::kEstimation ? 1 : 2;
   return simulate_experiment(truth, settings).record;
 }
@@ -63,7 +63,7 @@ double validation_error(const Model& model, const Records& records) {
 /// Share of the error beyond the noise that the law takes away, in the record that it was not
 /// learnt from.
 double removed(const std::string& law, const Records& records) {
-  const double floor = kNoise * kNoise;
+  const double floor = kSensorNoise * kSensorNoise;
   const double without = validation_error(learnt(start({}), records).model, records);
   const double with = validation_error(learnt(start({law}), records).model, records);
   testing::Test::RecordProperty("without", std::to_string(without));

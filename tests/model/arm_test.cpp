@@ -9,17 +9,12 @@
 
 #include "armukf/model/dynamics.hpp"
 #include "armukf/model/model.hpp"
+#include "model/parameter_values.hpp"
 
 namespace armukf {
 namespace {
 
 using State = std::array<double, kArmStates>;
-
-std::vector<double> values_of(const Model& model) {
-  std::vector<double> values;
-  for (const Parameter& p : model.parameters) values.push_back(p.value);
-  return values;
-}
 
 class Arm : public ::testing::Test {
  protected:

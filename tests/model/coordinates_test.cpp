@@ -7,14 +7,10 @@
 #include <random>
 #include <vector>
 
+#include "model/parameter_values.hpp"
+
 namespace armukf {
 namespace {
-
-std::vector<double> values_of(const Model& model) {
-  std::vector<double> values;
-  for (const Parameter& p : model.parameters) values.push_back(p.value);
-  return values;
-}
 
 /// The choices of unknowns that have coordinates of their own.
 std::vector<Model> choices() {

@@ -9,15 +9,15 @@
 namespace armukf {
 namespace {
 
-constexpr double kDt = 5e-4;  // s
-constexpr int kStep = 20;     // samples
+constexpr double kSampleTime = 5e-4;  // s
+constexpr int kStep = 20;             // samples
 
 /// An oscillation of 5 Hz that noise drives: the like of what an unknown resonance leaves.
 class Resonance {
  public:
   double next() {
     constexpr double kDecay = 0.999;
-    const double turn = 2.0 * std::acos(-1.0) * 5.0 * kDt;
+    const double turn = 2.0 * std::acos(-1.0) * 5.0 * kSampleTime;
     const double x = 2.0 * kDecay * std::cos(turn) * x1_ - kDecay * kDecay * x2_ + normal_(random_);
     x2_ = x1_;
     return x1_ = x;
@@ -31,20 +31,20 @@ class Resonance {
 };
 
 TEST(StepFilter, KeepsWhatIsConstantAndWhatIsSlow) {
-  StepFilter filter(2, kDt);
+  StepFilter filter(2, kSampleTime);
   int steps = 0;
   for (int n = 0; n < 100 * kStep; ++n) {
-    if (!filter.add(std::array{3.0, n * kDt})) continue;
+    if (!filter.add(std::array{3.0, n * kSampleTime})) continue;
     ++steps;
     EXPECT_NEAR(filter.mean(0), 3.0, 1e-12);
     // Of a line the mean is what it was in the middle of the two steps.
-    EXPECT_NEAR(filter.mean(1), (n - kStep + 0.5) * kDt, 1e-9);
+    EXPECT_NEAR(filter.mean(1), (n - kStep + 0.5) * kSampleTime, 1e-9);
   }
   EXPECT_EQ(steps, 99);  // the first one needs two
 }
 
 TEST(ForetellingLearner, TakesMostOfTheColourOff) {
-  StepFilter filter(1, kDt);
+  StepFilter filter(1, kSampleTime);
   ForetellingLearner learner;
   Resonance resonance;
   double count = 0.0;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kSamples = 16000;  // 8 s
 
-std::vector<Sample> record(const Model& plant, int samples, std::uint64_t seed = 1) {
+std::vector<Sample> recorded(const Model& plant, int samples, std::uint64_t seed = 1) {
   return simulate_experiment(
              plant,
              {.seed = seed, .samples = samples, .sensor_noise = 0.3, .torque_disturbance = 0.1})
@@ -43,20 +43,20 @@ class TorqueTestOf : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(TorqueTestOf, SeesATorqueThatDoesNotShowInTheAutocorrelation) {
   const Tally tally =
-      tally_of(record(with("torque_bias", "torque_bias", 0.02), kSamples), GetParam());
+      tally_of(recorded(with("torque_bias", "torque_bias", 0.02), kSamples), GetParam());
   EXPECT_GT(tally.innovations().ljung_box_p(), 1e-4);
   EXPECT_LT(tally.torques().result().friction, 1e-6);
 }
 
 TEST_P(TorqueTestOf, TellsGravityByTheAngle) {
-  const Tally tally = tally_of(record(with("gravity", "gravity", 1.0), kSamples), GetParam());
+  const Tally tally = tally_of(recorded(with("gravity", "gravity", 1.0), kSamples), GetParam());
   EXPECT_LT(tally.torques().result().angle, 1e-6);
 }
 
 TEST_P(TorqueTestOf, SeesNothingWhereNothingIsMissing) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const TorqueTestResult p =
-        tally_of(record(published_estimate(), kSamples, seed), GetParam()).torques().result();
+        tally_of(recorded(published_estimate(), kSamples, seed), GetParam()).torques().result();
     for (const double chance : {p.friction, p.angle, p.springs, p.gaps}) EXPECT_GT(chance, 5e-4);
     EXPECT_GT(p.modes, 1e-6);
   }
@@ -66,13 +66,13 @@ INSTANTIATE_TEST_SUITE_P(Some, TorqueTestOf, ::testing::Values("ukf", "ekf", "sr
                          [](const auto& test) { return test.param; });
 
 TEST(TorqueTest, SaysNothingBeforeTheFilterHasSettled) {
-  const Tally tally = tally_of(record(with("torque_bias", "torque_bias", 0.5), 8000), "ukf");
+  const Tally tally = tally_of(recorded(with("torque_bias", "torque_bias", 0.5), 8000), "ukf");
   EXPECT_FALSE(tally.torques().has_settled());
   EXPECT_EQ(tally.torques().result().friction, 1.0);
 }
 
 TEST(TorqueTest, GoesOnFromACheckpointToTheLastBit) {
-  const std::vector<Sample> samples = record(published_estimate(), 10000);
+  const std::vector<Sample> samples = recorded(published_estimate(), 10000);
   Track whole(published_arm(), {});
   Track first(published_arm(), {});
   Track later(published_arm(), {});

@@ -27,15 +27,15 @@ std::string fault(const std::string& text) {
   }
 }
 
-void expect_same(const Parameter& a, const Parameter& b) {
-  EXPECT_EQ(a.name, b.name);
-  EXPECT_EQ(a.unit, b.unit) << a.name;
-  EXPECT_EQ(a.value, b.value) << a.name;
-  EXPECT_EQ(a.lower, b.lower) << a.name;
-  EXPECT_EQ(a.upper, b.upper) << a.name;
-  EXPECT_EQ(a.scale, b.scale) << a.name;
-  EXPECT_EQ(a.spread, b.spread) << a.name;
-  EXPECT_EQ(a.known, b.known) << a.name;
+void expect_same(const Parameter& one, const Parameter& other) {
+  EXPECT_EQ(one.name, other.name);
+  EXPECT_EQ(one.unit, other.unit) << one.name;
+  EXPECT_EQ(one.value, other.value) << one.name;
+  EXPECT_EQ(one.lower, other.lower) << one.name;
+  EXPECT_EQ(one.upper, other.upper) << one.name;
+  EXPECT_EQ(one.scale, other.scale) << one.name;
+  EXPECT_EQ(one.spread, other.spread) << one.name;
+  EXPECT_EQ(one.known, other.known) << one.name;
 }
 
 /// Everything in it differs from the defaults, by numbers that no short decimal gives.

@@ -6,8 +6,6 @@
 namespace armukf {
 namespace {
 
-constexpr double kBeginning = 0.1;  // of a piece
-
 Evaluation evaluated(const Model& model, const Record& piece, const EvaluateSettings& settings) {
   const std::vector<Sample>& samples = piece.samples;
   const InitialStates initial = fit_initial_states(

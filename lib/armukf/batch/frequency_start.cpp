@@ -36,7 +36,7 @@ constexpr std::array kHardenings{0.0, 0.03, 0.1};
 constexpr double kAlike = 1.25;
 constexpr double kSameMisfit = 1e-3;  // relative; closer ones are one candidate
 constexpr double kLongestMove = 1.5;  // of a logarithm, when a candidate is refined
-constexpr double kStep = 1e-5;        // of a coordinate, for a difference
+constexpr double kDifference = 1e-5;  // of a coordinate, for a derivative
 
 struct Candidate {
   Model model;
@@ -121,13 +121,13 @@ Candidate refined(const Candidate& candidate, const std::vector<Line>& lines) {
     std::vector<double> above(residuals);
     std::vector<double> below(residuals);
     for (int j = 0; gradient != nullptr && j < coordinates.size(); ++j) {
-      at[j] = z[j] + kStep;
+      at[j] = z[j] + kDifference;
       add_misfits(model_at(at.data()), lines, above.data());
-      at[j] = z[j] - kStep;
+      at[j] = z[j] - kDifference;
       add_misfits(model_at(at.data()), lines, below.data());
       at[j] = z[j];
       for (int i = 0; i < residuals; ++i)
-        gradient[i * coordinates.size() + j] = (above[i] - below[i]) / (2.0 * kStep);
+        gradient[i * coordinates.size() + j] = (above[i] - below[i]) / (2.0 * kDifference);
     }
     return std::all_of(r, r + residuals, [](double v) { return std::isfinite(v); });
   };

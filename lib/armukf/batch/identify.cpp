@@ -147,7 +147,6 @@ InitialStates initial_states(const OutputError& error, const std::vector<int>& f
 /// record's beginning best.
 void report_experiments(const std::vector<Record>& records, const IdentifySettings& settings,
                         const std::vector<InitialStates>& initial, Identification& result) {
-  constexpr double kBeginning = 0.1;  // of a record
   ErrorSums all;
   for (std::size_t e = 0; e < records.size(); ++e) {
     const std::vector<Sample>& samples = records[e].samples;

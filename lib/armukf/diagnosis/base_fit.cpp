@@ -17,7 +17,7 @@
 namespace armukf {
 namespace {
 
-constexpr int kIterations = 100;
+constexpr int kFitIterations = 100;
 constexpr double kSameMinimum = 0.01;  // of the mean squared error
 constexpr double kSpreadSds = 3.0;     // deviations that a record of another day may be off
 constexpr double kLeastSpread = 0.01;  // relative
@@ -170,8 +170,9 @@ BaseFit base_fit(const Model& model, const std::vector<Record>& pieces,
   starts.push_back(model);
   starts.push_back(softened(model));
   std::vector<FittedModel> fits(starts.size());
-  for_each_job(threads, static_cast<int>(starts.size()),
-               [&](int i) { fits[i] = fitted(starts[i], {}, pieces, propagation, kIterations); });
+  for_each_job(threads, static_cast<int>(starts.size()), [&](int i) {
+    fits[i] = fitted(starts[i], {}, pieces, propagation, kFitIterations);
+  });
   BaseFit result;
   for (FittedModel& fit : fits) result.add(std::move(fit));
   if (!std::isfinite(result.best.mse))

@@ -16,11 +16,11 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// What another experiment would tell apart, by family.
-struct Experiment {
+struct Advice {
   std::string_view family;
   std::string_view tells;
 };
-constexpr Experiment kExperiments[]{
+constexpr Advice kAdvice[]{
     {"input_delay", "torque steps sampled faster than 2 kHz"},
     {"drive_lag", "torque steps sampled faster than 2 kHz"},
     {"sensor_lag", "a second speed or position sensor"},
@@ -108,8 +108,8 @@ std::vector<std::string_view> told_apart_by(const FoundEffect& effect) {
   std::vector<std::string> families{family_of(effect.effect)};
   families.insert(families.end(), effect.confused_with.begin(), effect.confused_with.end());
   for (const std::string& family : families) {
-    const auto* at = std::ranges::find(kExperiments, family, &Experiment::family);
-    if (at != std::end(kExperiments) && std::ranges::find(tells, at->tells) == tells.end())
+    const auto* at = std::ranges::find(kAdvice, family, &Advice::family);
+    if (at != std::end(kAdvice) && std::ranges::find(tells, at->tells) == tells.end())
       tells.push_back(at->tells);
   }
   return tells;
