@@ -169,9 +169,10 @@ TEST_F(Program, WhatCannotBeSimulatedIsSaidAndIsNoNumber) {
   EXPECT_NE(text.output.find("2000 samples, cannot be simulated with these values\n"),
             std::string::npos)
       << text.output;
-  const Outcome json = run(stiff + " --json -");
-  EXPECT_EQ(json.status, 0) << json.error;
-  const auto experiment = nlohmann::json::parse(json.output)["experiments"][0];  // no nan, no inf
+  const Outcome structured = run(stiff + " --json -");
+  EXPECT_EQ(structured.status, 0) << structured.error;
+  const auto experiment =
+      nlohmann::json::parse(structured.output)["experiments"][0];  // no nan, no inf
   EXPECT_TRUE(experiment["mse"].is_null());
   EXPECT_TRUE(experiment["fit_percent"].is_null());
   const std::string fit = fmt::format("fit {}/short_record.csv --set k_g1=1e13", ARMUKF_DATA);
