@@ -9,7 +9,6 @@
 
 #include "armukf/model/dynamics.hpp"
 #include "armukf/model/model.hpp"
-#include "model/parameter_values.hpp"
 
 namespace armukf {
 namespace {
@@ -30,7 +29,7 @@ class Arm : public ::testing::Test {
     return dx;
   }
 
-  std::vector<double> p_ = values_of(published_estimate());
+  std::vector<double> p_ = published_estimate().values();
   Coefficients<double> c_{p_.data()};
   std::mt19937_64 generator_{11};
   std::normal_distribution<double> normal_;
@@ -104,7 +103,7 @@ TEST_F(Arm, StartsAndEndsWhereTheStudyDid) {
 TEST_F(Arm, LanesAndDualsAgreeWithDoubles) {
   const Model model = published_estimate();
   const FreeCoordinates coordinates(model);
-  const std::vector<double> z = coordinates.from_physical(values_of(model));
+  const std::vector<double> z = coordinates.from_physical(model.values());
   using Row = Lanes<8>;
   using Number = Dual<8>;
   std::array<Row, 7> z_lanes;

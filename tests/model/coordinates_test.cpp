@@ -7,8 +7,6 @@
 #include <random>
 #include <vector>
 
-#include "model/parameter_values.hpp"
-
 namespace armukf {
 namespace {
 
@@ -27,7 +25,7 @@ std::vector<Model> choices() {
 TEST(FreeCoordinates, GoThereAndBack) {
   for (const Model& model : choices()) {
     const FreeCoordinates coordinates(model);
-    const std::vector<double> p = values_of(model);
+    const std::vector<double> p = model.values();
     const std::vector<double> z = coordinates.from_physical(p);
     std::vector<double> back(p.size());
     coordinates.to_physical(z.data(), back.data());
@@ -58,7 +56,7 @@ TEST(FreeCoordinates, LeadNowhereUnphysical) {
 TEST(FreeCoordinates, LetAStartOnItsBoundLeave) {
   const Model model = published_arm();  // k_g3 = 0
   const FreeCoordinates coordinates(model);
-  const std::vector<double> z = coordinates.from_physical(values_of(model));
+  const std::vector<double> z = coordinates.from_physical(model.values());
   std::vector<double> p(model.parameters.size());
   coordinates.to_physical(z.data(), p.data());
   EXPECT_NEAR(p[kKg3], model.parameter("k_g3").scale, 1e-12);
@@ -71,7 +69,7 @@ TEST(FreeCoordinates, DeviationsAreThoseOfTheJacobian) {
   for (const Model& model : choices()) {
     const FreeCoordinates coordinates(model);
     const int n = coordinates.size();
-    const std::vector<double> p = values_of(model);
+    const std::vector<double> p = model.values();
     const std::vector<double> z = coordinates.from_physical(p);
     std::vector<std::array<double, 16>> root(n);  // covariance = root root'
     for (auto& row : root)

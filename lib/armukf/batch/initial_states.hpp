@@ -52,8 +52,7 @@ SimulationFit compared(std::vector<double> y, const InitialStates& initial,
 SimulationFit simulation_fit(const Model& model, const InitialStates& initial,
                              const std::vector<Sample>& samples, const Propagation& propagation);
 
-/// What a record is simulated from, where a filter found its states or nobody did, fits this part
-/// of it.
+/// The part of a record that its initial states are fitted to where nobody says another.
 inline constexpr double kBeginning = 0.1;
 
 /// The first `fraction` of a record, at least one sample.

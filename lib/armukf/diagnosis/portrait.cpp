@@ -22,10 +22,8 @@ namespace {
 constexpr double kLevel = 1e-4;        // of a probe's test
 constexpr double kMatters = 0.005;     // of the squared innovations, most of which are noise
 constexpr double kOutstanding = 40.0;  // beside its neighbourhood
-constexpr int kMostRepeats = 3;
 constexpr double kHighestHz = 100.0;
-constexpr double kHighestRepeat = 100.0;  // 1/rad
-constexpr int kBlocks = 4;                // of the record's time
+constexpr int kBlocks = 4;  // of the record's time
 
 /// What the motor does at a sample, as the model says.
 struct Instant {
@@ -158,7 +156,7 @@ std::vector<std::string> portrait(const FittedModel& fit, const std::vector<Reco
   std::vector<Probe> tried = probes();
   const std::vector<double> t = times_of(pieces);
   for (const std::vector<double>& e : {fit.residual, innovations}) {
-    const SpectralLines found = lines_over_time(t, e, kHighestHz, kOutstanding, kMostRepeats);
+    const SpectralLines found = lines_over_time(t, e, kHighestHz, kOutstanding, kMostLines);
     for (const SpectralLine& line : found.strongest)
       tried.push_back(line_probe(line.frequency, found.looked_at));
   }
@@ -176,7 +174,7 @@ std::vector<std::string> portrait(const FittedModel& fit, const std::vector<Reco
   const std::vector<double> angle = motor_angle(pieces);
   const auto repeats = [&](std::string_view what, const std::vector<double>& e) {
     for (const SpectralLine& line :
-         lines_over_angle(angle, e, kHighestRepeat, kOutstanding, kMostRepeats).strongest)
+         lines_over_angle(angle, e, kHighestHarmonic, kOutstanding, kMostLines).strongest)
       lines.push_back(fmt::format("{} with the motor's angle, {:.2f} times per rad", what,
                                   line.frequency / (2.0 * std::numbers::pi)));
   };

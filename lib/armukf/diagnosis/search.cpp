@@ -7,10 +7,8 @@
 namespace armukf {
 namespace {
 
-constexpr double kHighestHarmonic = 100.0;  // 1/rad
-constexpr double kHighestMode = 120.0;      // Hz
+constexpr double kHighestMode = 120.0;  // Hz
 constexpr double kLinePower = 6.0;
-constexpr int kMostLines = 3;
 
 void add_frequencies(const SpectralLines& found, std::vector<double>& frequencies) {
   for (const SpectralLine& line : found.strongest) frequencies.push_back(line.frequency);

@@ -20,6 +20,9 @@ struct SpectralLines {
   int looked_at = 0;
 };
 
+inline constexpr double kHighestHarmonic = 100.0;  // 1/rad, of lines over the motor's angle
+inline constexpr int kMostLines = 3;               // that are taken of one spectrum
+
 /// Lines of values e (NaN where missing) at the places x (s, or rad), in the order of the record,
 /// at frequencies w/(2 pi) for time or w for angles, up to `highest` and to what as many values can
 /// tell apart, in steps fine enough to miss none. Only those above `least_power`, at most `most`.

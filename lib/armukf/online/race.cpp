@@ -31,8 +31,7 @@ std::vector<std::vector<Place>> places_of(const Model& model) {
 }  // namespace
 
 std::vector<double> start_values(const Model& model, const std::map<std::string, double>& factors) {
-  std::vector<double> values;
-  for (const Parameter& p : model.parameters) values.push_back(p.value);
+  std::vector<double> values = model.values();
   for (const auto& [name, factor] : factors) {
     const int i = model.index_of(name);
     const Parameter& p = model.parameters[i];
