@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "armukf/batch/experiment.hpp"
@@ -60,10 +62,19 @@ TEST(FitForesight, TellsParametersAndHowFarTheyAre) {
   EXPECT_EQ(near.directions, 1);
   EXPECT_LT(near.squared, 30.0);
   EXPECT_GT(far.squared, 1000.0);
-  // One direction: the parameter's own deviation says the same.
+  // One direction: the parameter's own deviation, from sixteenths, says the same.
   const auto at = std::ranges::find(fit.fitted, motor) - fit.fitted.begin();
   const double off = fit.model.parameters[motor].value - 1.5 * truth.parameters[motor].value;
-  EXPECT_NEAR(far.squared / std::pow(off / fit.sd[at], 2), 1.0, 0.01);
+  const Eigen::LDLT<Eigen::MatrixXd> information(fit.scatter.information);
+  const auto deviation = [&](const Eigen::MatrixXd& parts) {
+    const Eigen::MatrixXd steps = information.solve(parts);
+    const auto count = static_cast<double>(parts.cols());
+    return std::sqrt(steps.row(at).squaredNorm() * count / (count - 1.0));
+  };
+  EXPECT_NEAR(deviation(fit.scatter.slopes()) / fit.sd[at], 1.0, 0.01);
+  ASSERT_EQ(near.parts, kFineParts);  // the noise is white here
+  const double more = std::max(1.0, std::pow(fit.sd[at] / deviation(fit.scatter.fine), 2));
+  EXPECT_NEAR(far.squared * more * std::pow(deviation(fit.scatter.fine) / off, 2), 1.0, 0.01);
   for (const Model& model : fit.left_out)
     EXPECT_NEAR(model.parameters[motor].value / truth.parameters[motor].value, 1.0, 0.05);
   for (const HalfEstimates& half : fit.halves)

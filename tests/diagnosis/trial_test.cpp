@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <string>
 
 #include "armukf/batch/experiment.hpp"
 
@@ -21,6 +22,23 @@ TEST(Trials, HaveTheirSizesAtZeroAndTheirShapesOnTheGrid) {
     for (const int i : trial.sizes) EXPECT_EQ(trial.model.parameters[i].value, 0.0) << trial.effect;
     EXPECT_NO_THROW(trial.model.check()) << trial.effect;
   }
+}
+
+/// A model can hold so many states: what it has no room for, phases at two angles included, is no
+/// trial, where adding it would be an error.
+TEST(Trials, AreOfWhatTheModelHasRoomFor) {
+  Model model = published_estimate();
+  for (int number = 1; model.has_room_for("flexible_mode_arm"); ++number)
+    model.add_effect("flexible_mode_arm:" + std::to_string(number));
+  model.add_effect("drive_lag");  // 16 states
+  ASSERT_FALSE(model.has_room_for("sensor_lag"));
+  const std::vector<Trial> all = trials_for(model, {{1.0, 6.0}, {}, {5.5}});
+  EXPECT_FALSE(all.empty());
+  for (const Trial& trial : all)
+    EXPECT_EQ(trial.model.states.size(), model.states.size()) << trial.effect;
+  model.remove_effect("drive_lag");  // room for one, but not for a phase at two angles
+  for (const Trial& trial : trials_for(model, {{1.0, 6.0}, {}, {5.5}}))
+    EXPECT_EQ(trial.cyclic_state, -1) << trial.effect;
 }
 
 TEST(Trials, CountAllThatWasLookedAt) {

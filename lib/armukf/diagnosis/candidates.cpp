@@ -163,6 +163,44 @@ std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
   return begun;
 }
 
+/// The second half of a fit, whose gains are those of where the first has ended.
+Explained explained_from(const ForesightFit& halfway, const TraceRecords& records) {
+  return with_errors(fit_foresight(halfway.model, halfway.x0, records.estimation,
+                                   records.propagation, halfway.density, kLong / 2, true),
+                     records);
+}
+
+/// The first half.
+struct Halfway {
+  ForesightFit fit;
+  double level = kInfinite;
+};
+
+Halfway halfway_from(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
+                     double density) {
+  Halfway result{
+      fit_foresight(model, x0, records.estimation, records.propagation, density, kLong / 2), 0.0};
+  result.level = foresight_errors(result.fit.model, result.fit.x0, records.estimation,
+                                  records.propagation, {}, kNear, kFar)
+                     .level();
+  return result;
+}
+
+/// Leaves those that the second half may still make the best, each minimum once: the first one of
+/// those in it.
+void keep_distinct(std::vector<Halfway>& all) {
+  constexpr double kMayGain = 0.1;  // of the level
+  const double least = std::ranges::min_element(all, {}, &Halfway::level)->level;
+  std::vector<Halfway> kept;
+  for (Halfway& one : all) {
+    const bool same = std::ranges::any_of(kept, [&](const Halfway& other) {
+      return std::abs(one.level - other.level) < kBetterMinimum;
+    });
+    if (one.level <= least + kMayGain && !same) kept.push_back(std::move(one));
+  }
+  if (!kept.empty()) all = std::move(kept);  // none is where all run away
+}
+
 /// Name of a shape of the newest effect that is at its lower bound; empty if none is.
 std::string shape_at_bound(const Model& model) {
   constexpr double kClose = 0.01;
@@ -286,20 +324,22 @@ Distance distance_from_none(const Trial& trial, const Model& before, const Model
 
 Explained explained(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
                     double density) {
-  const ForesightFit first =
-      fit_foresight(model, x0, records.estimation, records.propagation, density, kLong / 2);
-  return with_errors(fit_foresight(first.model, first.x0, records.estimation, records.propagation,
-                                   density, kLong / 2, true),
-                     records);
+  return explained_from(
+      fit_foresight(model, x0, records.estimation, records.propagation, density, kLong / 2),
+      records);
 }
 
 Explained best_explained(const ForesightFit& fit, const std::vector<ForesightFit>& bases,
                          const TraceRecords& records) {
   std::vector<Model> starts{fit.model};
   for (const ForesightFit& base : bases) starts.push_back(with_values(fit.model, base.model));
-  std::vector<Explained> found(starts.size());
+  std::vector<Halfway> halfway(starts.size());
   for_each_job(records.threads, static_cast<int>(starts.size()),
-               [&](int i) { found[i] = explained(starts[i], fit.x0, records, fit.density); });
+               [&](int i) { halfway[i] = halfway_from(starts[i], fit.x0, records, fit.density); });
+  keep_distinct(halfway);
+  std::vector<Explained> found(halfway.size());
+  for_each_job(records.threads, static_cast<int>(halfway.size()),
+               [&](int i) { found[i] = explained_from(halfway[i].fit, records); });
   Explained* best = &found.front();
   for (Explained& other : found)
     if (other.estimation.level() < best->estimation.level() - kBetterMinimum) best = &other;
@@ -307,18 +347,30 @@ Explained best_explained(const ForesightFit& fit, const std::vector<ForesightFit
 }
 
 Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords& records) {
+  constexpr std::size_t kMinima = 3;
   const std::vector<Model> starts{fitted_model, model, softened(model)};
-  std::vector<Explained> minima(starts.size());
-  for_each_job(records.threads, static_cast<int>(starts.size()),
-               [&](int i) { minima[i] = explained(starts[i], {}, records, kForesightDensity); });
+  const auto count = static_cast<int>(starts.size());
+  std::vector<Explained> minima(2 * starts.size());
+  for_each_job(records.threads, 2 * count, [&](int i) {
+    const Model& start = starts[i % count];
+    if (i < count) {
+      minima[i] = explained(start, {}, records, kForesightDensity);
+    } else {
+      const ForesightFit near = fit_foresight(start, {}, records.estimation, records.propagation,
+                                              kFollowingDensity, kLong / 3);
+      minima[i] = explained(near.model, near.x0, records, kForesightDensity);
+    }
+  });
   const auto level = [](const Explained& e) { return e.estimation.level(); };
   std::ranges::stable_sort(minima, {}, level);
   const auto same = [&](const Explained& a, const Explained& b) {
     return level(b) < level(a) + kSameLevel || !std::isfinite(b.fit.cost);
   };
   minima.erase(std::unique(minima.begin(), minima.end(), same), minima.end());
-  Bases bases{minima.front(), {}};
-  for (const Explained& minimum : minima) bases.all.push_back(minimum.fit);
+  minima.resize(std::min(minima.size(), kMinima));
+  Bases bases{minima.front(), {}, {}};
+  for (const Explained& minimum : minima) bases.minima.push_back(minimum.fit);
+  bases.all = bases.minima;
   for (const Model* given : {&model, &fitted_model})
     bases.all.push_back(
         fit_foresight(*given, {}, records.estimation, records.propagation, kForesightDensity, 0));

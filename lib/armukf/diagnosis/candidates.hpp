@@ -23,19 +23,22 @@ Explained explained(const Model& model, const StatesOfPieces& x0, const TraceRec
                     double density);
 
 /// The best of what fits end with: from there on, and from there with what the model shares with
-/// each base as it is there. A minimum without an effect may lead to a poor one with it.
+/// each base as it is there. A minimum without an effect may lead to a poor one with it. Halfway
+/// those that are far behind end.
 Explained best_explained(const ForesightFit& fit, const std::vector<ForesightFit>& bases,
                          const TraceRecords& records);
 
 /// What effects are tried on top of at first.
 struct Bases {
   Explained best;
-  std::vector<ForesightFit> all;
+  std::vector<ForesightFit> minima;
+  std::vector<ForesightFit> all;  // and what was given
 };
 
 /// Minima of the model, from the plain fit's values, from those of the model, and from a soft arm,
-/// the best first; then the first two of these as they are, since in every minimum the arm may
-/// stand in for what is missing.
+/// each at once and by way of a filter that follows the measurements closely; the best first. Then
+/// the first two of these values as they are, since in every minimum the arm may stand in for what
+/// is missing.
 Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords& records);
 
 /// An effect, fitted on top of a model.

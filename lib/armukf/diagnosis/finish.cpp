@@ -15,7 +15,7 @@
 namespace armukf {
 namespace {
 
-constexpr int kShort = 10;        // iterations, where only a block has gone
+constexpr int kShort = 4;         // iterations, where only a block has gone
 constexpr double kNoHelp = 0.01;  // an effect worth less of every error goes again
 
 /// Initial states of `fewer`, by name, from those of `full`.

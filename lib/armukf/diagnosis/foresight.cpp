@@ -92,7 +92,8 @@ void judge(const OutputError& error, const Variables& variables, const Minimum& 
   const OutputError::Evaluation at = error.evaluate(minimum.z.data());
   if (!at.valid) return;
   fit.scatter = scatter_of(at);
-  const auto& [information, slopes] = fit.scatter;
+  const Eigen::MatrixXd& information = fit.scatter.information;
+  const Eigen::MatrixXd slopes = fit.scatter.slopes();
   const Eigen::MatrixXd inverse = inverse_information(at.J);
   const Eigen::MatrixXd all =
       inverse * slopes * slopes.transpose() * inverse * kScatterParts / (kScatterParts - 1.0);

@@ -22,6 +22,11 @@ namespace armukf {
 /// filter hid what is to be found.
 inline constexpr double kForesightDensity = 0.03;
 
+/// A filter that follows what was measured, over a hundredth of a second: it sees only what is
+/// fast, and no start is too far off for it, so that a fit by it leads to minima that others miss.
+/// Source: C. P. Vyasarayani, T. Uchida, J. McPhee, Physical Review E 85, 2012.
+inline constexpr double kFollowingDensity = 0.3;
+
 /// A filter that corrects over about a second, kHorizons[kFar], as the one above does over a
 /// fortieth: it leaves to the model what that one makes good for, offsets and slow friction, which
 /// are to be looked for once the fast dynamics are right.

@@ -7,20 +7,59 @@
 #include "armukf/fit/dense.hpp"
 
 namespace armukf {
+namespace {
+
+/// Sums of so many columns each.
+Eigen::MatrixXd put_together(const Eigen::MatrixXd& columns, int each) {
+  Eigen::MatrixXd sums(columns.rows(), columns.cols() / each);
+  for (Eigen::Index i = 0; i < sums.cols(); ++i)
+    sums.col(i) = columns.middleCols(i * each, each).rowwise().sum();
+  return sums;
+}
+
+/// Covariance of the sum of columns that do not depend on each other and are 0 in the mean.
+Eigen::MatrixXd scatter_matrix(const Eigen::MatrixXd& columns) {
+  const auto count = static_cast<double>(columns.cols());
+  return columns * columns.transpose() * count / (count - 1.0);
+}
+
+}  // namespace
 
 Eigen::Index first_row(Eigen::Index rows, int part, int parts) {
   return (rows * part + parts - 1) / parts;
 }
 
 Scatter scatter_of(const OutputError::Evaluation& at) {
-  Scatter scatter{at.J.transpose() * at.J, Eigen::MatrixXd(at.J.cols(), kScatterParts)};
-  for (int part = 0; part < kScatterParts; ++part) {
-    const Eigen::Index first = first_row(at.r.size(), part, kScatterParts);
-    const Eigen::Index count = first_row(at.r.size(), part + 1, kScatterParts) - first;
-    scatter.slopes.col(part) =
-        at.J.middleRows(first, count).transpose() * at.r.segment(first, count);
+  Scatter scatter{at.J.transpose() * at.J, Eigen::MatrixXd(at.J.cols(), kFineParts)};
+  for (int part = 0; part < kFineParts; ++part) {
+    const Eigen::Index first = first_row(at.r.size(), part, kFineParts);
+    const Eigen::Index count = first_row(at.r.size(), part + 1, kFineParts) - first;
+    scatter.fine.col(part) = at.J.middleRows(first, count).transpose() * at.r.segment(first, count);
   }
   return scatter;
+}
+
+Eigen::MatrixXd Scatter::slopes() const { return put_together(fine, kFinePerPart); }
+
+SumCovariance covariance_of_sum(const Eigen::MatrixXd& columns) {
+  const auto size = static_cast<double>(columns.rows());
+  const double by_chance = std::sqrt(2.0 / (size * (kScatterParts - 1.0)));
+  for (int each = 1; each < kFinePerPart; each *= 2) {
+    const Eigen::MatrixXd parts = put_together(columns, each);
+    const Eigen::Index count = parts.cols();
+    const Eigen::MatrixXd many = scatter_matrix(parts);
+    const SymmetricSpectrum spectrum = symmetric_spectrum(many);
+    const Eigen::MatrixXd white =
+        spectrum.values.cwiseMax(1e-300).cwiseSqrt().cwiseInverse().asDiagonal() *
+        spectrum.vectors.transpose() * parts;
+    const double likeness =
+        white.leftCols(count - 1).cwiseProduct(white.rightCols(count - 1)).sum() /
+        white.squaredNorm();
+    const double more = scatter_matrix(put_together(white, kFinePerPart / each)).trace() / size;
+    if (likeness <= 1.0 / std::sqrt(static_cast<double>(count) * size) && more <= 1.0 + by_chance)
+      return {std::max(1.0, more) * many, static_cast<int>(count)};
+  }
+  return {scatter_matrix(put_together(columns, kFinePerPart)), kScatterParts};
 }
 
 Distance distance(const Model& fit, const Scatter& scatter, const std::vector<int>& positions,
@@ -38,7 +77,7 @@ Distance distance(const Model& fit, const Scatter& scatter, const std::vector<in
   }
   const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
-  const Eigen::MatrixXd slopes = scale.asDiagonal() * scatter.slopes;
+  const Eigen::MatrixXd slopes = scale.asDiagonal() * scatter.fine;
   // What the other unknowns can explain is not theirs.
   const Eigen::MatrixXd projection =
       shortest_solution(scaled(others, others), scaled(others, own)).transpose();
@@ -56,15 +95,14 @@ Distance distance(const Model& fit, const Scatter& scatter, const std::vector<in
   if (told == 0) return {};
   const Eigen::MatrixXd directions = spectrum.vectors.rightCols(told);
   const Eigen::VectorXd score = directions.transpose() * (left * step);
-  const Eigen::MatrixXd parts = directions.transpose() * left_slopes;
-  const Eigen::MatrixXd covariance =
-      parts * parts.transpose() * kScatterParts / (kScatterParts - 1.0);
-  const double squared = score.dot(symmetric_solution(covariance, score));
-  return {std::isfinite(squared) ? std::max(0.0, squared) : 0.0, static_cast<int>(told)};
+  const SumCovariance covariance = covariance_of_sum(directions.transpose() * left_slopes);
+  const double squared = score.dot(symmetric_solution(covariance.matrix, score));
+  return {std::isfinite(squared) ? std::max(0.0, squared) : 0.0, static_cast<int>(told),
+          covariance.parts};
 }
 
 double Distance::p_value() const {
-  return directions > 0 ? hotelling_tail(squared, directions, kScatterParts - 1.0) : 1.0;
+  return directions > 0 ? hotelling_tail(squared, directions, parts - 1.0) : 1.0;
 }
 
 }  // namespace armukf

@@ -13,22 +13,43 @@ namespace armukf {
 /// Parts of the samples of all pieces, one after the other.
 inline constexpr int kScatterParts = 16;
 
+/// Parts of the finest cut: each of the above is so many of these.
+inline constexpr int kFinePerPart = 8;
+inline constexpr int kFineParts = kFinePerPart * kScatterParts;
+
 /// Of rows that are cut into so many parts, the first of one.
 Eigen::Index first_row(Eigen::Index rows, int part, int parts);
 
 /// What each part says of the variables at the minimum over all.
 struct Scatter {
   Eigen::MatrixXd information;  // J'J: of the unknown parameters, then of free initial states
-  Eigen::MatrixXd slopes;       // J'r of each part, a column each
+  Eigen::MatrixXd fine;         // J'r of each of the finest parts, a column each
+
+  Eigen::MatrixXd slopes() const;  // of each of kScatterParts
 };
 
 Scatter scatter_of(const OutputError::Evaluation& at);
+
+/// Covariance of the sum of columns that are 0 in the mean, and from how many parts it is told.
+struct SumCovariance {
+  Eigen::MatrixXd matrix;
+  int parts;
+};
+
+/// By how the columns scatter. The more parts they are added up to, the better it is known; but
+/// only parts that do not depend on each other tell it. So they are put together by twos, down to
+/// kScatterParts, until neighbours are no more alike than they would be by chance, and until the
+/// few do not scatter more than the many say; what they scatter more by chance as well goes into
+/// the covariance. columns: kFineParts of them. Source: the choice of a bandwidth by the colour, D.
+/// W. K. Andrews, Econometrica 59 (1991), here of batch means.
+SumCovariance covariance_of_sum(const Eigen::MatrixXd& columns);
 
 /// How far unknowns of a fit are from other values: Hotelling's T^2, in the directions that the
 /// record can tell.
 struct Distance {
   double squared = 0.0;
   int directions = 0;
+  int parts = kScatterParts;  // that told how the fit scatters
 
   double p_value() const;  // that chance alone leads as far
 };

@@ -250,7 +250,7 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
     if (chosen == nullptr) break;
     ForesightFit fit = chosen->explained.fit;
     if (fit.density == kSlowDensity) hold(now.fit.model, fit, held);
-    now = best_explained(fit, first.all, records);
+    now = best_explained(fit, first.minima, records);
     bases = {now.fit};
     const double before = simulated.validation.mse;
     least = std::min(least, before);
@@ -264,7 +264,7 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
     to_weigh[effect] = name.rivals;
   }
   say("removal", 0.9);
-  const Completing completing{base, first.all, records, settings.acceptance};
+  const Completing completing{base, first.minima, records, settings.acceptance};
   remove_idle(completing, diagnosis, now, held);
   say("names", 0.93);
   if (!all_weighed) weigh_names(base, to_weigh, records, settings.acceptance, diagnosis, now, held);

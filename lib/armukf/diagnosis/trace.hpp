@@ -15,7 +15,7 @@ namespace armukf {
 struct TraceSettings {
   Propagation propagation;
   AcceptanceSettings acceptance;
-  int most_effects = 5;
+  int most_effects = 8;
   int threads = 0;  // that share the work; 0: one per processor; no result depends on it
   double longest_gap_s = kLongestGapS;  // s; a record is cut at longer intervals
 };

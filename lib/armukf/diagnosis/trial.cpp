@@ -66,9 +66,17 @@ void keep_near(Parameter& p) {
   p.upper = std::min(p.upper, p.value * kFurthest);
 }
 
+/// What a score test simulates of an effect at once: with a phase, at two of them.
+std::size_t copies_of(std::string_view effect) {
+  return std::ranges::any_of(states_of(find_effect(effect)), is_cyclic, &EffectState::beginning)
+             ? 2
+             : 1;
+}
+
 /// The effect, if the model does not have it; if it may be there several times, at other harmonics
-/// or frequencies, with the next number; else nothing.
+/// or frequencies, with the next number; else nothing, nor where the model has no room for it.
 std::string one_more(std::string_view effect, const Model& model) {
+  if (!model.has_room_for(effect, copies_of(effect))) return "";
   if (!model.has_effect(effect)) return std::string(effect);
   const std::vector<EffectParameter> parameters = parameters_of(find_effect(effect));
   const bool many = std::ranges::any_of(

@@ -125,6 +125,12 @@ bool Model::has_effect(std::string_view name) const {
   });
 }
 
+bool Model::has_room_for(std::string_view name, std::size_t times) const {
+  const CataloguedEffect effect = find_effect(parse_effect_name(name).kind);
+  return states.size() + times * states_of(effect).size() <= kMaxStates &&
+         parameters.size() + times * parameters_of(effect).size() <= kMaxParameters;
+}
+
 void Model::add_effect(std::string_view name) {
   if (has_effect(name)) return;
   const EffectName wanted = parse_effect_name(name);

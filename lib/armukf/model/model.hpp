@@ -58,6 +58,9 @@ struct Model {
   /// where there is no such effect, or where a second one would do what the first does.
   void add_effect(std::string_view name);
 
+  /// Whether the model can hold the effect, so many times, besides what it has.
+  bool has_room_for(std::string_view name, std::size_t times = 1) const;
+
   /// Takes an effect out again, with its states and parameters. Parameters of the arm that it had
   /// set free keep their value and are known.
   void remove_effect(std::string_view name);

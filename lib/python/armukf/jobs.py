@@ -197,7 +197,7 @@ def compare(record: Record, model: ModelSource = None, *, filter: str | None = N
 
 
 def diagnose(record: Record, validate: Records = (), model: ModelSource = None, *,
-             most_effects: int = 5, threads: int = 0,
+             most_effects: int = 8, threads: int = 0,
              progress: Callable[[str, float], None] | None = None) -> Diagnosis:
     """What the model lacks: finds effects, adds them, and reports before and after.
 
