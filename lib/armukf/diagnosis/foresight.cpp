@@ -197,7 +197,7 @@ WeightedInnovations weighted_innovations(const Model& model, const StatesOfPiece
 ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
                            const std::vector<Record>& pieces, const Propagation& propagation,
                            double density, int iterations, bool judged) {
-  constexpr double kTolerance = 1e-6;    // of the cost
+  constexpr double kTolerance = 1e-5;    // of the cost: a tenth of a nat
   constexpr double kFirstRadius = 10.0;  // resonances are far from linear
   const InitialChoice choice = density > 0.0 ? prediction_choice(model) : all_free(model);
   const StatesOfPieces start = x0.empty() ? at_rest(model, pieces) : extended(x0, model);
