@@ -126,8 +126,8 @@ std::vector<Start> starts_on(const std::vector<ForesightFit>& bases, std::size_t
 
 /// Of what it foretells of what it was fitted to.
 double level_of(const ForesightFit& fit, const std::vector<Record>& pieces,
-                const Propagation& propagation) {
-  return foresight_errors(fit.model, fit.x0, pieces, propagation, {}, kMiddle, kFar).level();
+                const Propagation& propagation, Horizon least = kMiddle) {
+  return foresight_errors(fit.model, fit.x0, pieces, propagation, {}, least, kFar).level();
 }
 
 /// Every effect from its most promising starts on each base; the best of each, most promising
@@ -163,28 +163,23 @@ std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
   return begun;
 }
 
-/// The second half of a fit, whose gains are those of where the first has ended.
-Explained explained_from(const ForesightFit& halfway, const TraceRecords& records) {
+/// The first half of a fit.
+ForesightFit first_half(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
+                        double density) {
+  return fit_foresight(model, x0, records.estimation, records.propagation, density, kLong / 2);
+}
+
+/// The second one, whose gains are those of where the first has ended.
+Explained second_half(const ForesightFit& halfway, const TraceRecords& records) {
   return with_errors(fit_foresight(halfway.model, halfway.x0, records.estimation,
                                    records.propagation, halfway.density, kLong / 2, true),
                      records);
 }
 
-/// The first half.
 struct Halfway {
   ForesightFit fit;
-  double level = kInfinite;
+  double level = kInfinite;  // from kNear on
 };
-
-Halfway halfway_from(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
-                     double density) {
-  Halfway result{
-      fit_foresight(model, x0, records.estimation, records.propagation, density, kLong / 2), 0.0};
-  result.level = foresight_errors(result.fit.model, result.fit.x0, records.estimation,
-                                  records.propagation, {}, kNear, kFar)
-                     .level();
-  return result;
-}
 
 /// Leaves those that the second half may still make the best, each minimum once: the first one of
 /// those in it.
@@ -324,9 +319,7 @@ Distance distance_from_none(const Trial& trial, const Model& before, const Model
 
 Explained explained(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
                     double density) {
-  return explained_from(
-      fit_foresight(model, x0, records.estimation, records.propagation, density, kLong / 2),
-      records);
+  return second_half(first_half(model, x0, records, density), records);
 }
 
 Explained best_explained(const ForesightFit& fit, const std::vector<ForesightFit>& bases,
@@ -334,12 +327,14 @@ Explained best_explained(const ForesightFit& fit, const std::vector<ForesightFit
   std::vector<Model> starts{fit.model};
   for (const ForesightFit& base : bases) starts.push_back(with_values(fit.model, base.model));
   std::vector<Halfway> halfway(starts.size());
-  for_each_job(records.threads, static_cast<int>(starts.size()),
-               [&](int i) { halfway[i] = halfway_from(starts[i], fit.x0, records, fit.density); });
+  for_each_job(records.threads, static_cast<int>(starts.size()), [&](int i) {
+    halfway[i].fit = first_half(starts[i], fit.x0, records, fit.density);
+    halfway[i].level = level_of(halfway[i].fit, records.estimation, records.propagation, kNear);
+  });
   keep_distinct(halfway);
   std::vector<Explained> found(halfway.size());
   for_each_job(records.threads, static_cast<int>(halfway.size()),
-               [&](int i) { found[i] = explained_from(halfway[i].fit, records); });
+               [&](int i) { found[i] = second_half(halfway[i].fit, records); });
   Explained* best = &found.front();
   for (Explained& other : found)
     if (other.estimation.level() < best->estimation.level() - kBetterMinimum) best = &other;
