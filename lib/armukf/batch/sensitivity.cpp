@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "armukf/batch/visit_states.hpp"
 #include "armukf/core/constants.hpp"
@@ -9,26 +10,34 @@
 namespace armukf {
 namespace {
 
-/// Calls work(Dual<N>()) with the least N of whole packs that has that many directions.
-template <int N = padded(4, kPackWidth), class Work>
-void with_directions(int count, Work work) {
-  if constexpr (N < kDirectionsAtOnce) {
-    if (count <= N) return work(Dual<N>());
-    with_directions<N + padded(4, kPackWidth)>(count, work);
+/// The most directions that a number may carry. The value is found anew for each turn, which with a
+/// few effects costs as much as a dozen directions; but more than a few registers are no gain.
+constexpr int kMostAtOnce = std::min(24, 6 * kPackWidth);
+
+/// How many it may carry; the least that is enough is taken.
+using Sizes = std::integer_sequence<int, padded(4, kPackWidth), padded(8, kPackWidth),
+                                    padded(12, kPackWidth), kMostAtOnce>;
+
+template <class Work, int N, int... Larger>
+void with_directions(int count, std::integer_sequence<int, N, Larger...> /*sizes*/, Work work) {
+  if constexpr (sizeof...(Larger) == 0) {
+    work(Dual<N>());
   } else {
-    work(Dual<kDirectionsAtOnce>());
+    if (count <= N) return work(Dual<N>());
+    with_directions(count, std::integer_sequence<int, Larger...>(), work);
   }
 }
 
-/// Calls work(number, first, count) for all of the directions, as many at once as there are.
+/// Calls work(number, first, count) for all of the directions, as many at once as there may be; at
+/// least once.
 template <class Work>
 void in_turns(int directions, Work work) {
-  const int turns = std::max(1, (directions + kDirectionsAtOnce - 1) / kDirectionsAtOnce);
-  for (int turn = 0; turn < turns; ++turn) {
-    const int first = directions * turn / turns;
-    const int count = directions * (turn + 1) / turns - first;
-    with_directions(count, [&](auto number) { work(number, first, count); });
-  }
+  int first = 0;
+  do {
+    const int count = std::min(kMostAtOnce, directions - first);
+    with_directions(count, Sizes(), [&](auto number) { work(number, first, count); });
+    first += count;
+  } while (first < directions);
 }
 
 /// Fills y and `count` of the gradient's columns, from `first` on.
