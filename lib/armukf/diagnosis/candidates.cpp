@@ -101,11 +101,12 @@ struct Start {
 /// Every trial on top of a base, and of each effect the most promising.
 std::vector<Start> starts_on(const std::vector<ForesightFit>& bases, std::size_t base,
                              const std::vector<Trial>& trials, std::size_t of_each,
-                             const std::vector<Record>& pieces, const TraceRecords& records) {
+                             const Thinned& records, const Propagation& propagation, int threads) {
   const ForesightFit& fit = bases[base];
-  const AheadScore score(fit.model, fit.x0, pieces, records.propagation,
-                         foresight_gains(fit.model, fit.x0, pieces, records.propagation));
-  std::vector<Suggestion> suggestions = score(trials, records.threads);
+  const AheadScore score(fit.model, fit.x0, records.pieces, propagation,
+                         foresight_gains(fit.model, fit.x0, records.pieces, propagation,
+                                         thinned_density(kForesightDensity, records.times)));
+  std::vector<Suggestion> suggestions = score(trials, threads);
   std::vector<Start> starts;
   starts.reserve(trials.size());
   for (std::size_t i = 0; i < trials.size(); ++i)
@@ -125,38 +126,42 @@ std::vector<Start> starts_on(const std::vector<ForesightFit>& bases, std::size_t
 }
 
 /// Of what it foretells of what it was fitted to.
-double level_of(const ForesightFit& fit, const std::vector<Record>& pieces,
-                const Propagation& propagation, Horizon least = kMiddle) {
-  return foresight_errors(fit.model, fit.x0, pieces, propagation, {}, least, kFar).level();
+double level_of(const ForesightFit& fit, const Thinned& records, const Propagation& propagation) {
+  return foresight_errors(fit.model, fit.x0, records.pieces, propagation, {}, kMiddle, kFar,
+                          records.times)
+      .level();
 }
 
 /// Every effect from its most promising starts on each base; the best of each, most promising
-/// first.
+/// first. records: as they are begun with, thinned.
 std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
-                              const std::vector<ForesightFit>& bases, const TraceRecords& records,
-                              double density) {
-  const std::vector<Record> first_parts = beginnings(records.estimation);
+                              const std::vector<ForesightFit>& bases, const Thinned& records,
+                              const Propagation& propagation, double density, int threads) {
+  const Thinned first_parts{beginnings(records.pieces), records.times};
   const std::size_t of_each = std::max<std::size_t>(2, kStarts / bases.size());
   std::vector<Start> starts;
   for (std::size_t base = 0; base < bases.size(); ++base)
-    for (Start& start : starts_on(bases, base, trials, of_each, first_parts, records))
+    for (Start& start : starts_on(bases, base, trials, of_each, first_parts, propagation, threads))
       starts.push_back(std::move(start));
+  const auto fitted_on = [&](const Model& model, const StatesOfPieces& x0, const Thinned& to,
+                             int iterations) {
+    return fit_foresight(model, x0, to.pieces, propagation, thinned_density(density, to.times),
+                         iterations);
+  };
   std::vector<Begun> begun(starts.size());
-  for_each_job(records.threads, static_cast<int>(begun.size()), [&](int i) {
+  for_each_job(threads, static_cast<int>(begun.size()), [&](int i) {
     const Suggestion& from = starts[i].suggestion;
     begun[i].trial = starts[i].trial;
     begun[i].base = starts[i].base;
-    begun[i].fit =
-        fit_foresight(from.model, from.x0, first_parts, records.propagation, density, kFirst);
-    begun[i].level = level_of(begun[i].fit, first_parts, records.propagation);
+    begun[i].fit = fitted_on(from.model, from.x0, first_parts, kFirst);
+    begun[i].level = level_of(begun[i].fit, first_parts, propagation);
   });
   const std::vector<double> usual = medians(begun, bases.size());
   for (Begun& b : begun) b.excess = b.level - usual[b.base];
   keep_best(begun, kBegun);
-  for_each_job(records.threads, static_cast<int>(begun.size()), [&](int i) {
-    begun[i].fit = fit_foresight(begun[i].fit.model, begun[i].fit.x0, records.estimation,
-                                 records.propagation, density, kSecond);
-    begun[i].level = level_of(begun[i].fit, records.estimation, records.propagation);
+  for_each_job(threads, static_cast<int>(begun.size()), [&](int i) {
+    begun[i].fit = fitted_on(begun[i].fit.model, begun[i].fit.x0, records, kSecond);
+    begun[i].level = level_of(begun[i].fit, records, propagation);
     begun[i].excess = begun[i].level - usual[begun[i].base];
   });
   keep_best(begun, kBegun);
@@ -176,15 +181,32 @@ Explained second_half(const ForesightFit& halfway, const TraceRecords& records) 
                      records);
 }
 
+constexpr double kMayGain = 0.1;  // of the level, the second half of a fit
+
 struct Halfway {
   ForesightFit fit;
   double level = kInfinite;  // from kNear on
+  double later = kInfinite;  // from kMiddle on
 };
+
+/// From the fit on, and from there with what the model shares with each base as it is there.
+std::vector<Halfway> halfway_from(const ForesightFit& fit, const std::vector<ForesightFit>& bases,
+                                  const TraceRecords& records) {
+  std::vector<Model> starts{fit.model};
+  for (const ForesightFit& base : bases) starts.push_back(with_values(fit.model, base.model));
+  std::vector<Halfway> halfway(starts.size());
+  for_each_job(records.threads, static_cast<int>(starts.size()), [&](int i) {
+    ForesightFit half = first_half(starts[i], fit.x0, records, fit.density);
+    const ForesightErrors errors = foresight_errors(half.model, half.x0, records.estimation,
+                                                    records.propagation, {}, kNear, kFar);
+    halfway[i] = {std::move(half), errors.level(), errors.level(kMiddle)};
+  });
+  return halfway;
+}
 
 /// Leaves those that the second half may still make the best, each minimum once: the first one of
 /// those in it.
 void keep_distinct(std::vector<Halfway>& all) {
-  constexpr double kMayGain = 0.1;  // of the level
   const double least = std::ranges::min_element(all, {}, &Halfway::level)->level;
   std::vector<Halfway> kept;
   for (Halfway& one : all) {
@@ -194,6 +216,18 @@ void keep_distinct(std::vector<Halfway>& all) {
     if (one.level <= least + kMayGain && !same) kept.push_back(std::move(one));
   }
   if (!kept.empty()) all = std::move(kept);  // none is where all run away
+}
+
+/// The best of what they end with.
+Explained best_of(std::vector<Halfway> halfway, const TraceRecords& records) {
+  keep_distinct(halfway);
+  std::vector<Explained> found(halfway.size());
+  for_each_job(records.threads, static_cast<int>(halfway.size()),
+               [&](int i) { found[i] = second_half(halfway[i].fit, records); });
+  Explained* best = &found.front();
+  for (Explained& other : found)
+    if (!is_no_better(other, *best)) best = &other;
+  return std::move(*best);
 }
 
 /// Name of a shape of the newest effect that is at its lower bound; empty if none is.
@@ -322,23 +356,22 @@ Explained explained(const Model& model, const StatesOfPieces& x0, const TraceRec
   return second_half(first_half(model, x0, records, density), records);
 }
 
+bool is_no_better(const Explained& one, const Explained& other) {
+  return one.estimation.level() >= other.estimation.level() - kBetterMinimum;
+}
+
 Explained best_explained(const ForesightFit& fit, const std::vector<ForesightFit>& bases,
                          const TraceRecords& records) {
-  std::vector<Model> starts{fit.model};
-  for (const ForesightFit& base : bases) starts.push_back(with_values(fit.model, base.model));
-  std::vector<Halfway> halfway(starts.size());
-  for_each_job(records.threads, static_cast<int>(starts.size()), [&](int i) {
-    halfway[i].fit = first_half(starts[i], fit.x0, records, fit.density);
-    halfway[i].level = level_of(halfway[i].fit, records.estimation, records.propagation, kNear);
-  });
-  keep_distinct(halfway);
-  std::vector<Explained> found(halfway.size());
-  for_each_job(records.threads, static_cast<int>(halfway.size()),
-               [&](int i) { found[i] = second_half(halfway[i].fit, records); });
-  Explained* best = &found.front();
-  for (Explained& other : found)
-    if (other.estimation.level() < best->estimation.level() - kBetterMinimum) best = &other;
-  return std::move(*best);
+  return best_of(halfway_from(fit, bases, records), records);
+}
+
+std::optional<Explained> explained_as_well(const ForesightFit& fit,
+                                           const std::vector<ForesightFit>& bases,
+                                           const ForesightErrors& as, const TraceRecords& records) {
+  std::vector<Halfway> halfway = halfway_from(fit, bases, records);
+  if (std::ranges::min_element(halfway, {}, &Halfway::later)->later > as.level(kMiddle) + kMayGain)
+    return {};
+  return best_of(std::move(halfway), records);
 }
 
 Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords& records) {
@@ -399,8 +432,10 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
                 const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
                 const AcceptanceSettings& acceptance) {
   const double density = now.fit.density;
-  const std::vector<Begun> begun = begun_fits(trials, bases, records, density);
-  const double without = level_of(now.fit, records.estimation, records.propagation);
+  const Thinned looked_at = thinned(records.estimation);
+  const std::vector<Begun> begun =
+      begun_fits(trials, bases, looked_at, records.propagation, density, records.threads);
+  const double without = level_of(now.fit, looked_at, records.propagation);
   std::map<std::string, bool> judged;  // of each effect: whether it is among the most promising
   std::vector<const Begun*> promising;
   for (const Begun& b : begun) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,11 +23,20 @@ struct Explained {
 Explained explained(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
                     double density);
 
+/// Of fits of one model: whether the first has found no better a minimum than the second.
+bool is_no_better(const Explained& one, const Explained& other);
+
 /// The best of what fits end with: from there on, and from there with what the model shares with
 /// each base as it is there. A minimum without an effect may lead to a poor one with it. Halfway
 /// those that are far behind end.
 Explained best_explained(const ForesightFit& fit, const std::vector<ForesightFit>& bases,
                          const TraceRecords& records);
+
+/// The same, or nothing where halfway it is plain that it will not foretell as well as that from
+/// the middle horizon on.
+std::optional<Explained> explained_as_well(const ForesightFit& fit,
+                                           const std::vector<ForesightFit>& bases,
+                                           const ForesightErrors& as, const TraceRecords& records);
 
 /// What effects are tried on top of at first.
 struct Bases {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "armukf/batch/pieces.hpp"
+#include "armukf/batch/searches.hpp"
 #include "armukf/core/parallel.hpp"
 
 namespace armukf {
@@ -29,14 +30,14 @@ StatesOfPieces states_by_name(const Model& fewer, const Model& full, const State
   return result;
 }
 
-/// The model without that effect, fitted again.
-Explained without_effect(const Completing& completing, const std::string& effect,
-                         const Diagnosis& diagnosis, const Explained& now) {
+/// The model without that effect, not yet fitted again.
+ForesightFit without_effect(const Completing& completing, const std::string& effect,
+                            const Diagnosis& diagnosis, const Explained& now) {
   ForesightFit fewer;
   fewer.model = without(now.fit.model, completing.base, effect, diagnosis.effects);
   fewer.density = now.fit.density;
   fewer.x0 = states_by_name(fewer.model, now.fit.model, now.fit.x0);
-  return best_explained(fewer, completing.bases, completing.records);
+  return fewer;
 }
 
 /// Books that the effect at that place is not there after all.
@@ -113,7 +114,12 @@ FittedModel without_each_block(const FittedModel& fit, const TraceRecords& recor
       others.push_back(blocks.pieces[i]);
       x0.push_back(placed_x0[i]);
     }
-    models[block] = fitted(fit.model, x0, others, records.propagation, kShort).model;
+    models[block] = searched_for_simulation(fit.model, x0,
+                                            {others,
+                                             all_free(fit.model),
+                                             records.propagation,
+                                             {.iterations = kShort, .cost_tolerance = 1e-7}})
+                        .model;
   });
   std::vector<Model> of_pieces;
   for (const int block : blocks.block) of_pieces.push_back(models[block]);
@@ -181,12 +187,14 @@ FittedModel judged(const FittedModel& fit, const TraceRecords& records) {
 void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& now, Held& held) {
   const bool validated = !completing.records.validation.empty();
   for (std::size_t i = 0; diagnosis.effects.size() > 1 && i < diagnosis.effects.size();) {
-    Explained rest = without_effect(completing, diagnosis.effects[i].effect, diagnosis, now);
-    if (!as_well(rest, now, kMiddle, validated, kNoHelp)) {
+    std::optional<Explained> rest =
+        explained_as_well(without_effect(completing, diagnosis.effects[i].effect, diagnosis, now),
+                          completing.bases, now.estimation, completing.records);
+    if (!rest || !as_well(*rest, now, kMiddle, validated, kNoHelp)) {
       ++i;
       continue;
     }
-    now = std::move(rest);
+    now = std::move(*rest);
     take_out(i, "no longer helps beside what was found after it", completing.base, diagnosis, held);
   }
 }
@@ -195,7 +203,9 @@ Simulated finished(const Completing& completing, const Simulated& without_any, d
                    Diagnosis& diagnosis, Explained& now, Held& held) {
   const TraceRecords& records = completing.records;
   const auto go_on_without = [&](std::size_t place, const std::string& reason) {
-    now = without_effect(completing, diagnosis.effects[place].effect, diagnosis, now);
+    now =
+        best_explained(without_effect(completing, diagnosis.effects[place].effect, diagnosis, now),
+                       completing.bases, records);
     take_out(place, reason, completing.base, diagnosis, held);
   };
   while (!diagnosis.effects.empty()) {

@@ -220,9 +220,12 @@ ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
 
 ForesightErrors foresight_errors(const Model& model, const StatesOfPieces& x0,
                                  const std::vector<Record>& pieces, const Propagation& propagation,
-                                 const std::vector<Model>& left_out, Horizon least, Horizon most) {
+                                 const std::vector<Model>& left_out, Horizon least, Horizon most,
+                                 int thinned) {
   constexpr double kMost = 1e3;  // rad/s, an error of what runs away
-  const std::span horizons = std::span(kHorizons).subspan(least, most - least + 1);
+  const double density = thinned_density(kForesightDensity, thinned);
+  std::vector<int> horizons;
+  for (int h = least; h <= most; ++h) horizons.push_back(kHorizons[h] / thinned);
   const Eigen::Index rows = rows_of(pieces);
   ForesightErrors errors;
   std::array<std::array<double, kForesightBlocks>, kHorizons.size()> count{};
@@ -231,8 +234,7 @@ ForesightErrors foresight_errors(const Model& model, const StatesOfPieces& x0,
     const std::vector<Sample>& samples = pieces[e].samples;
     PartModels parts{left_out, std::vector<int>(samples.size())};
     for (int& part : parts.part) part = block_of(row++, rows);
-    const auto y =
-        predictions_at(model, x0[e], samples, propagation, kForesightDensity, horizons, parts);
+    const auto y = predictions_at(model, x0[e], samples, propagation, density, horizons, parts);
     for (int h = least; h <= most; ++h) {
       for (std::size_t k = first_that_counts(pieces[e]); k < samples.size(); ++k) {
         const double predicted = y[h - least][k];
@@ -260,6 +262,8 @@ ForesightErrors foresight_errors(const Model& model, const StatesOfPieces& x0,
   return errors;
 }
 
+double thinned_density(double density, int thinned) { return density * std::sqrt(thinned); }
+
 StatesOfPieces states_before(const Model& model, const std::vector<Record>& pieces,
                              const Propagation& propagation) {
   StatesOfPieces all = at_rest(model, pieces);
@@ -273,9 +277,9 @@ StatesOfPieces states_before(const Model& model, const std::vector<Record>& piec
   return all;
 }
 
-double ForesightErrors::level() const {
+double ForesightErrors::level(Horizon least) const {
   double sum = 0.0;
-  for (int h = kNear; h <= kFar; ++h) sum += std::log(all[h]);
+  for (int h = least; h <= kFar; ++h) sum += std::log(all[h]);
   return std::isnan(sum) ? kInfinite : sum;
 }
 

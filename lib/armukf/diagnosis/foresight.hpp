@@ -106,17 +106,21 @@ struct ForesightErrors {
   std::array<double, kHorizons.size()> all{};
   std::array<std::array<double, kForesightBlocks>, kHorizons.size()> blocks{};
 
-  /// Sum of the logarithms up to kFar: comparable between models, as the costs of fits with
-  /// gains of their own are not. Infinite where a prediction runs away.
-  double level() const;
+  /// Sum of the logarithms from that horizon up to kFar: comparable between models, as the costs
+  /// of fits with gains of their own are not. Infinite where a prediction runs away.
+  double level(Horizon least = kNear) const;
 };
 
 /// left_out: models that foretell a block each, or none. Only the horizons from `least` to `most`
-/// are looked at: of the others it says nothing, which is 1.
+/// are looked at: of the others it says nothing, which is 1. thinned: how many of the record's
+/// samples, by which horizons and noise are meant, one of the pieces stands for.
 ForesightErrors foresight_errors(const Model& model, const StatesOfPieces& x0,
                                  const std::vector<Record>& pieces, const Propagation& propagation,
                                  const std::vector<Model>& left_out = {}, Horizon least = kNear,
-                                 Horizon most = kLast);
+                                 Horizon most = kLast, int thinned = 1);
+
+/// The density of the same filter where a sample stands for so many.
+double thinned_density(double density, int thinned);
 
 /// States of pieces that the model was not fitted to: at rest; the angles of effects where the
 /// predictions of the part that does not count are best.

@@ -123,7 +123,8 @@ Named named(const Refit& chosen, std::vector<Refit>& refits, const Model& before
   with.fit.model = set_free(with.fit.model, held);
   NoiseCheck noise(with, records);
   const std::vector<Stead> steads = noise.instead(set_free(before, held), others, settings);
-  if (steads.empty()) return {&chosen, rivals(chosen, refits), others, false};
+  if (steads.empty())
+    return {&chosen, rivals(chosen, refits), others, false, noise.hopeless(settings)};
   const Refit* best = &chosen;
   const Stead& likeliest = steads.front();
   if (is_likelier(likeliest) && likeliest.rival->refusal.empty() &&

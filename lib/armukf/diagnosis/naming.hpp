@@ -30,8 +30,9 @@ std::vector<Refit> rivals_to_weigh(const Refit& chosen, const std::vector<Refit>
 struct Named {
   const Refit* refit;  // of those of the round
   std::vector<std::string> confused_with;
-  std::vector<Refit> rivals;  // to be weighed beside it
-  bool weighed;               // the likelihood has judged
+  std::vector<Refit> rivals;    // to be weighed beside it
+  bool weighed;                 // the likelihood has judged
+  bool noise_hopeless = false;  // noise explains far too little of what is left with it
 };
 
 /// Of what a round has found and of its rivals the one that makes the records likelier, where that

@@ -43,22 +43,27 @@ Model with_rival(Model rest, const Refit& rival) {
 
 }  // namespace
 
-NoiseCheck::NoiseCheck(const Explained& now, const TraceRecords& records)
+NoiseCheck::NoiseCheck(const Explained& now, const TraceRecords& records, bool hopeless)
     : now_(now), records_(records), pieces_(records.estimation) {
+  if (hopeless) correlation_ = kInfinite;
   pieces_.insert(pieces_.end(), records.validation.begin(), records.validation.end());
 }
 
 bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
-  if (!base_) {
+  if (!correlation_) {
     const Model& model = now_.fit.model;
     base_ = likeliest(model, states_before(model, pieces_, records_.propagation), {},
                       records_.threads, [&](const FoundMinimum& found) {
                         correlation_ = correlation_at(found);
-                        return correlation_ > settings.hopeless_correlation;
+                        return hopeless(settings);
                       });
     correlation_ = correlation_at(*base_);
   }
-  return correlation_ <= settings.most_correlation;
+  return *correlation_ <= settings.most_correlation;
+}
+
+bool NoiseCheck::hopeless(const AcceptanceSettings& settings) const {
+  return correlation_ && *correlation_ > settings.hopeless_correlation;
 }
 
 double NoiseCheck::loss_without(const Model& with) const {

@@ -32,8 +32,9 @@ struct Stead {
 /// method.
 class NoiseCheck {
  public:
-  /// now: the model as it stands; both must outlive this.
-  NoiseCheck(const Explained& now, const TraceRecords& records);
+  /// now: the model as it stands; both must outlive this. hopeless: noise is known to explain far
+  /// too little of what that model leaves.
+  NoiseCheck(const Explained& now, const TraceRecords& records, bool hopeless = false);
 
   /// Why the effect does not count: with the likeliest noise the model as it stands leaves next to
   /// nothing, and the effect makes the records not likelier than chance does. Empty where it
@@ -51,6 +52,9 @@ class NoiseCheck {
   /// left; where noise cannot be all there are none.
   std::vector<Stead> instead(const Model& rest, const std::vector<Refit>& rivals,
                              const AcceptanceSettings& settings);
+
+  /// Whether noise was found to explain far too little, by what has been asked.
+  bool hopeless(const AcceptanceSettings& settings) const;
 
  private:
   /// A trial with what one linearised step would gain.
@@ -95,7 +99,7 @@ class NoiseCheck {
   const TraceRecords& records_;
   std::vector<Record> pieces_;
   std::optional<FoundMinimum> base_;
-  double correlation_ = 1.0;  // of what the base leaves
+  std::optional<double> correlation_;  // of what the base leaves
 };
 
 }  // namespace armukf

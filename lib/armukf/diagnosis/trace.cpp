@@ -127,24 +127,37 @@ struct Round {
   const Held& held;
   const TraceRecords& records;
   const AcceptanceSettings& settings;
+  bool slow_first = false;
+  bool noise_hopeless = false;  // it is known to explain far too little of what is left
 };
 
 /// Looks for one effect more: among the names by the fast filter's predictions; by the slow one's,
 /// which tell what shows late; among what is tried last; and at the end by the likelihood alone.
-/// Goes on only while nothing counts as found, or what does shows late. bases: what it is tried on
-/// top of; now: the model as it stands, and a better minimum of it where one was come upon.
+/// Goes on only while nothing counts as found, or what does shows late. Where the slow filter has
+/// told the effect before, it is asked first, and the fast one once more before nothing is found.
+/// bases: what it is tried on top of; now: the model as it stands, and a better minimum of it where
+/// one was come upon.
 Contest looked_for(const Round& round, const std::vector<ForesightFit>& bases, Explained& now) {
   const Suggested& suggested = round.suggested;
   const TraceRecords& records = round.records;
   const AcceptanceSettings& settings = round.settings;
   const std::vector<Trial> names = trials_for(now.fit.model, suggested);
   Looks looks = looks_of(names);
-  Contest found = contest(now, bases, names, looks, records, settings);
-  NoiseCheck noise(now, records);
-  const auto best = [&] { return confirmed(found.refits, noise, looks, settings); };
-  const Refit* first = best();
-  if (first != nullptr && first->shows_at <= kMiddle) return found;
-
+  Contest found;
+  std::optional<NoiseCheck> noise;
+  const auto best = [&] {
+    if (!noise) noise.emplace(now, records, round.noise_hopeless);
+    return confirmed(found.refits, *noise, looks, settings);
+  };
+  const auto fast = [&] {
+    add(contest(now, bases, names, looks, records, settings), found);
+    noise.reset();  // it was another model's
+    return best();
+  };
+  if (!round.slow_first) {
+    const Refit* first = fast();
+    if (first != nullptr && first->shows_at <= kMiddle) return found;
+  }
   Explained slow = fitted_together(now, round.held, records, kSlowDensity);
   const auto add_slow = [&](const std::vector<ForesightFit>& on, const std::vector<Trial>& trials) {
     add(contest(slow, on, trials, looks, records, settings), found);
@@ -159,11 +172,12 @@ Contest looked_for(const Round& round, const std::vector<ForesightFit>& bases, E
   on.insert(on.end(), bases.begin(), bases.end());
   add_slow(on, last);
   if (best() != nullptr) return found;
+  if (round.slow_first && fast() != nullptr) return found;
 
   std::vector<Trial> all = names;
   std::ranges::copy(last, std::back_inserter(all));
   std::erase_if(all, [](const Trial& trial) { return !likelihood_tells(trial); });
-  add({noise.likelier(all, looks, settings), {}}, found);
+  add({noise->likelier(all, looks, settings), {}}, found);
   best();
   return found;
 }
@@ -234,11 +248,13 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   Held held;
   Rivals to_weigh;
   bool all_weighed = false;  // each with all others there
+  bool slow_first = false;
+  bool noise_hopeless = false;
   for (int round = 1; round <= settings.most_effects; ++round) {
     say(fmt::format("round {}", round), static_cast<double>(round) / (settings.most_effects + 2));
     Contest found =
         looked_for({suggested_by(simulated.estimation, records.estimation, records.propagation),
-                    held, records, settings.acceptance},
+                    held, records, settings.acceptance, slow_first, noise_hopeless},
                    bases, now);
     const Refit* chosen = best_found(found.refits);
     Named name{};
@@ -249,8 +265,10 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
     note(found, chosen, round, diagnosis.candidates);
     if (chosen == nullptr) break;
     ForesightFit fit = chosen->explained.fit;
-    if (fit.density == kSlowDensity) hold(now.fit.model, fit, held);
+    slow_first = fit.density == kSlowDensity;
+    if (slow_first) hold(now.fit.model, fit, held);
     now = best_explained(fit, first.minima, records);
+    noise_hopeless = name.noise_hopeless && is_no_better(now, chosen->explained);
     bases = {now.fit};
     const double before = simulated.validation.mse;
     least = std::min(least, before);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string_view>
+#include <utility>
 
 #include "armukf/batch/pieces.hpp"
 #include "armukf/core/constants.hpp"
@@ -70,6 +71,31 @@ TraceRecords trace_records(const std::vector<Record>& estimation,
         throw InputError(record.name, 0, "",
                          "is the estimation record; validation needs data that was not fitted");
   return records;
+}
+
+Thinned thinned(std::vector<Record> pieces) {
+  constexpr double kLongestInterval = 0.6e-3;  // s
+  double duration = 0.0;
+  double intervals = 0.0;
+  for (const Record& piece : pieces) {
+    duration += piece.samples.back().t - piece.samples.front().t;
+    intervals += static_cast<double>(piece.samples.size()) - 1.0;
+  }
+  if (!(duration < kLongestInterval * intervals)) return {std::move(pieces), 1};
+  for (Record& piece : pieces) {
+    const std::vector<Sample> all = std::move(piece.samples);
+    piece.samples.clear();
+    for (std::size_t k = 0; k < all.size(); k += 2) {
+      Sample sample = all[k];
+      if (k + 2 < all.size()) {
+        const double first = all[k + 1].t - all[k].t;
+        const double second = all[k + 2].t - all[k + 1].t;
+        sample.u = (first * all[k].u + second * all[k + 1].u) / (first + second);
+      }
+      piece.samples.push_back(sample);
+    }
+  }
+  return {std::move(pieces), 2};
 }
 
 Blocks blocks_of(const std::vector<Record>& pieces) {
