@@ -91,6 +91,15 @@ std::vector<Record> beginnings(std::vector<Record> pieces) {
   return pieces;
 }
 
+/// A fit to the thinned pieces: what another one, to all samples, begins with.
+ForesightFit thinned_fit(const Model& model, const StatesOfPieces& x0, const Thinned& records,
+                         const Propagation& propagation, double density, int iterations) {
+  ForesightFit fit = fit_foresight(model, x0, records.pieces, propagation,
+                                   thinned_density(density, records.times), iterations);
+  fit.density = density;
+  return fit;
+}
+
 /// Where fits of an effect on top of a base begin.
 struct Start {
   const Trial* trial;
@@ -143,24 +152,20 @@ std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
   for (std::size_t base = 0; base < bases.size(); ++base)
     for (Start& start : starts_on(bases, base, trials, of_each, first_parts, propagation, threads))
       starts.push_back(std::move(start));
-  const auto fitted_on = [&](const Model& model, const StatesOfPieces& x0, const Thinned& to,
-                             int iterations) {
-    return fit_foresight(model, x0, to.pieces, propagation, thinned_density(density, to.times),
-                         iterations);
-  };
   std::vector<Begun> begun(starts.size());
   for_each_job(threads, static_cast<int>(begun.size()), [&](int i) {
     const Suggestion& from = starts[i].suggestion;
     begun[i].trial = starts[i].trial;
     begun[i].base = starts[i].base;
-    begun[i].fit = fitted_on(from.model, from.x0, first_parts, kFirst);
+    begun[i].fit = thinned_fit(from.model, from.x0, first_parts, propagation, density, kFirst);
     begun[i].level = level_of(begun[i].fit, first_parts, propagation);
   });
   const std::vector<double> usual = medians(begun, bases.size());
   for (Begun& b : begun) b.excess = b.level - usual[b.base];
   keep_best(begun, kBegun);
   for_each_job(threads, static_cast<int>(begun.size()), [&](int i) {
-    begun[i].fit = fitted_on(begun[i].fit.model, begun[i].fit.x0, records, kSecond);
+    begun[i].fit =
+        thinned_fit(begun[i].fit.model, begun[i].fit.x0, records, propagation, density, kSecond);
     begun[i].level = level_of(begun[i].fit, records, propagation);
     begun[i].excess = begun[i].level - usual[begun[i].base];
   });
@@ -171,7 +176,8 @@ std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
 /// The first half of a fit.
 ForesightFit first_half(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
                         double density) {
-  return fit_foresight(model, x0, records.estimation, records.propagation, density, kLong / 2);
+  return thinned_fit(model, x0, thinned(records.estimation), records.propagation, density,
+                     kLong / 2);
 }
 
 /// The second one, whose gains are those of where the first has ended.
@@ -267,11 +273,13 @@ void judge(const Explained& now, const TraceRecords& records, const Looks& looks
 /// An effect fitted from there to the end.
 Refit to_the_end(const Trial& trial, const Model& from, const StatesOfPieces& x0, double density,
                  const TraceRecords& records) {
+  const ForesightFit near =
+      thinned_fit(from, x0, thinned(records.estimation), records.propagation, density, kLong / 3);
   Refit refit;
   refit.trial = trial;
-  refit.explained = with_errors(
-      fit_foresight(from, x0, records.estimation, records.propagation, density, kLong / 3, true),
-      records);
+  refit.explained = with_errors(fit_foresight(near.model, near.x0, records.estimation,
+                                              records.propagation, density, kLong / 6, true),
+                                records);
   return refit;
 }
 
