@@ -74,17 +74,19 @@ StatesOfPieces starts_over_cycles(const OutputError& error, const InitialChoice&
 }  // namespace
 
 InitialStates fit_initial_states(const Model& model, const InitialChoice& choice,
-                                 const std::vector<Sample>& samples,
-                                 const Propagation& propagation) {
+                                 const std::vector<Sample>& samples, const Propagation& propagation,
+                                 const std::vector<double>& from) {
   InitialStates initial{initial_guess(model, choice, samples),
                         std::vector<double>(model.states.size(), kNaN)};
   const Model known = all_known(model);
   const std::vector<Record> records{{"", samples}};
   const OutputError error(known, records, choice, propagation);
   if (choice.free.empty() || error.measured() < error.variables()) return initial;
+  const StatesOfPieces starts =
+      from.empty() ? starts_over_cycles(error, choice, known, initial.x0) : StatesOfPieces{from};
   Minimum minimum;
   minimum.cost = kInfinite;
-  for (const std::vector<double>& x0 : starts_over_cycles(error, choice, known, initial.x0)) {
+  for (const std::vector<double>& x0 : starts) {
     Minimum found = search(error, error.variables_of_model({x0}), kInfinite, limits_for(error));
     if (minimum.z.empty() || found.cost < minimum.cost) minimum = std::move(found);
   }

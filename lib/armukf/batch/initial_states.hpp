@@ -20,10 +20,11 @@ struct InitialStates {
 
 /// Least-squares estimate of the free initial states, the parameters as given. Angles and phases of
 /// effects (cycles_of), of which no record tells where they begin, are looked for over their whole
-/// period. Where the search fails, x0 is the initial guess.
+/// period. Where the search fails, x0 is the initial guess. from: where the search begins, angles
+/// and phases as they are there; empty: the guess.
 InitialStates fit_initial_states(const Model& model, const InitialChoice& choice,
-                                 const std::vector<Sample>& samples,
-                                 const Propagation& propagation);
+                                 const std::vector<Sample>& samples, const Propagation& propagation,
+                                 const std::vector<double>& from = {});
 
 /// Where searches of pieces may begin: a first guess, angles and phases of effects where the errors
 /// promise to be least with the parameters as they are. Empty, a guess, for models without any.

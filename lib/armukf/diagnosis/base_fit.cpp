@@ -48,8 +48,9 @@ std::tuple<bool, bool, double> rank(const FittedModel& fit) {
 }
 
 SimulationFit placed_fit(const Model& model, const std::vector<Sample>& samples,
-                         const Propagation& propagation) {
-  const InitialStates initial = fit_initial_states(model, all_free(model), samples, propagation);
+                         const Propagation& propagation, const std::vector<double>& from) {
+  const InitialStates initial =
+      fit_initial_states(model, all_free(model), samples, propagation, from);
   return simulation_fit(model, {initial.x0, {}}, samples, propagation);
 }
 
@@ -112,17 +113,19 @@ Model with_fitted_spreads(const FittedModel& fit) {
 }
 
 FittedModel placed(const Model& model, const std::vector<Record>& pieces,
-                   const Propagation& propagation, int threads) {
-  FittedModel result = placed(std::vector(pieces.size(), model), pieces, propagation, threads);
+                   const Propagation& propagation, int threads, const StatesOfPieces& x0) {
+  FittedModel result = placed(std::vector(pieces.size(), model), pieces, propagation, threads, x0);
   result.model = model;
   return result;
 }
 
 FittedModel placed(const std::vector<Model>& models, const std::vector<Record>& pieces,
-                   const Propagation& propagation, int threads) {
+                   const Propagation& propagation, int threads, const StatesOfPieces& x0) {
   std::vector<SimulationFit> fits(pieces.size());
-  for_each_job(threads, static_cast<int>(pieces.size()),
-               [&](int e) { fits[e] = placed_fit(models[e], pieces[e].samples, propagation); });
+  for_each_job(threads, static_cast<int>(pieces.size()), [&](int e) {
+    fits[e] = placed_fit(models[e], pieces[e].samples, propagation,
+                         x0.empty() ? std::vector<double>{} : x0[e]);
+  });
   FittedModel result;
   ErrorSums sums;
   for (std::size_t e = 0; e < pieces.size(); ++e) add_piece(fits[e], pieces[e], sums, result);

@@ -43,14 +43,14 @@ std::vector<double> with_best_phases(
 Model with_fitted_spreads(const FittedModel& fit);
 
 /// The model as it is against other pieces: only the initial states are fitted. Angles whose zero
-/// no record tells, and phases, are first looked for over their whole period. threads: over which
-/// the pieces are spread.
+/// no record tells, and phases, are first looked for over their whole period; unless x0 tells where
+/// to begin. threads: over which the pieces are spread.
 FittedModel placed(const Model& model, const std::vector<Record>& pieces,
-                   const Propagation& propagation, int threads = 1);
+                   const Propagation& propagation, int threads = 1, const StatesOfPieces& x0 = {});
 
 /// The same with a model of its own for each piece; without a model of them all.
 FittedModel placed(const std::vector<Model>& models, const std::vector<Record>& pieces,
-                   const Propagation& propagation, int threads = 1);
+                   const Propagation& propagation, int threads = 1, const StatesOfPieces& x0 = {});
 
 /// Errors of predictions one sample ahead, and the likelihood of them all.
 struct OneStep {

@@ -100,6 +100,13 @@ std::optional<std::size_t> place_of_none(const Diagnosis& diagnosis, const Fitte
   return {};
 }
 
+/// A model per piece, from one per block.
+std::vector<Model> of_pieces(const std::vector<Model>& of_blocks, const Blocks& blocks) {
+  std::vector<Model> models;
+  for (const int block : blocks.block) models.push_back(of_blocks[block]);
+  return models;
+}
+
 /// Each block simulated by the model as it is fitted to the others.
 FittedModel without_each_block(const FittedModel& fit, const TraceRecords& records) {
   const Blocks blocks = blocks_of(records.estimation);
@@ -121,9 +128,8 @@ FittedModel without_each_block(const FittedModel& fit, const TraceRecords& recor
                                              {.iterations = kShort, .cost_tolerance = 1e-7}})
                         .model;
   });
-  std::vector<Model> of_pieces;
-  for (const int block : blocks.block) of_pieces.push_back(models[block]);
-  FittedModel all = placed(of_pieces, blocks.pieces, records.propagation, records.threads);
+  FittedModel all =
+      placed(of_pieces(models, blocks), blocks.pieces, records.propagation, records.threads);
   all.model = fit.model;
   all.parameters = fit.parameters;
   return all;
@@ -175,13 +181,23 @@ FittedModel refined(const Explained& now, const Held& held, const TraceRecords& 
 }  // namespace
 
 FittedModel plain(const Explained& now, const TraceRecords& records) {
-  return placed(now.fit.model, records.estimation, records.propagation, records.threads);
+  return placed(now.fit.model, records.estimation, records.propagation, records.threads,
+                now.fit.x0);
 }
 
 FittedModel judged(const FittedModel& fit, const TraceRecords& records) {
   return records.validation_judges()
              ? placed(fit.model, records.validation, records.propagation, records.threads)
              : without_each_block(fit, records);
+}
+
+double error_so_far(const Explained& now, const TraceRecords& records) {
+  if (records.validation_judges())
+    return placed(now.fit.model, records.validation, records.propagation, records.threads).mse;
+  const Blocks blocks = blocks_of(records.estimation);
+  return placed(of_pieces(now.fit.left_out, blocks), blocks.pieces, records.propagation,
+                records.threads)
+      .mse;
 }
 
 void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& now, Held& held) {

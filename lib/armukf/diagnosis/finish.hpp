@@ -28,6 +28,10 @@ FittedModel plain(const Explained& now, const TraceRecords& records);
 /// how the fitted model does there.
 FittedModel judged(const FittedModel& fit, const TraceRecords& records);
 
+/// (rad/s)^2, the error on what judges while effects are still looked for, where no block has a fit
+/// of its own: each by the model that foretells it.
+double error_so_far(const Explained& now, const TraceRecords& records);
+
 /// What the model is completed from.
 struct Completing {
   const Model& base;                       // without any effect that was found

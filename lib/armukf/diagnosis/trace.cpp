@@ -241,7 +241,8 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
             fmt::format("the model fitted to {}", records.estimation.front().name));
   diagnosis.base_validation = simulated.validation;
   const Simulated without_any = simulated;
-  double least = kInfinite;  // of the errors of models with fewer effects
+  double least = simulated.validation.mse;  // of models with fewer effects
+  double error = error_so_far(first.best, records);
   std::vector<ForesightFit> bases = first.all;
   Explained now = first.best;
   const Model base = now.fit.model;
@@ -270,14 +271,13 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
     now = best_explained(fit, first.minima, records);
     noise_hopeless = name.noise_hopeless && is_no_better(now, chosen->explained);
     bases = {now.fit};
-    const double before = simulated.validation.mse;
-    least = std::min(least, before);
+    least = std::min(least, error);
+    const double before = error;
+    error = error_so_far(now, records);
     simulated.estimation = plain(now, records);
-    simulated.validation = judged(simulated.estimation, records);
     const std::string& effect = chosen->trial.effect;
-    diagnosis.effects.push_back({effect, chosen->evidence.p_value,
-                                 100.0 * (1.0 - simulated.validation.mse / before),
-                                 name.confused_with});
+    diagnosis.effects.push_back(
+        {effect, chosen->evidence.p_value, 100.0 * (1.0 - error / before), name.confused_with});
     all_weighed = name.weighed && diagnosis.effects.size() == 1;
     to_weigh[effect] = name.rivals;
   }
