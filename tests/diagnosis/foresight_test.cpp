@@ -52,7 +52,7 @@ TEST(PredictionsAt, UseTheModelOfTheirPart) {
 TEST(FitForesight, TellsParametersAndHowFarTheyAre) {
   const Model truth = published_estimate();
   const std::vector<Record> pieces{record_of(truth, 3000)};
-  const ForesightFit fit = fit_foresight(truth, {}, pieces, {}, kForesightDensity, 20, true);
+  const ForesightFit fit = fit_foresight(truth, {}, pieces, {}, kForesightDensity, 20, Extent::kJudged);
   ASSERT_EQ(fit.sd.size(), fit.fitted.size());
   ASSERT_EQ(fit.left_out.size(), static_cast<std::size_t>(kForesightBlocks));
   const int motor = truth.index_of("a_m");

@@ -60,7 +60,7 @@ TEST(NullStatistics, DistancesOfAnEffectFromNoneAreThoseOfChance) {
     for (unsigned seed = 1; seed <= kRecords; ++seed) {
       const std::vector<Record> pieces = null_record(seed);
       const ForesightFit fit =
-          fit_foresight(trial.model, {}, pieces, {}, kForesightDensity, 10, true);
+          fit_foresight(trial.model, {}, pieces, {}, kForesightDensity, 10, Extent::kJudged);
       values.push_back(distance(fit.model, fit.scatter, trial.sizes, {0.0}).p_value());
     }
     expect_uniform_or_above(values);

@@ -1,6 +1,7 @@
 #include "armukf/batch/prediction.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <numbers>
@@ -11,6 +12,7 @@
 #include "armukf/batch/gains.hpp"
 #include "armukf/batch/noise_search.hpp"
 #include "armukf/core/constants.hpp"
+#include "armukf/core/parallel.hpp"
 #include "armukf/filter/kalman.hpp"
 #include "armukf/filter/linearised.hpp"
 #include "armukf/fit/golden_section.hpp"
@@ -446,20 +448,21 @@ FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
     search.polish(kStepsNear);
     return search.best();
   }
-  std::optional<NoiseSearch> likeliest;
-  for (const bool motor_alone : {true, false}) {
+  std::array<std::optional<NoiseSearch>, 2> found;
+  const int each = threads_of_each(threads, static_cast<int>(found.size()));
+  for_each_job(threads, static_cast<int>(found.size()), [&](int i) {
+    const bool motor_alone = i == 0;
     std::vector<FilterNoise> places;
     for (const double sensor_pole : {0.0, 0.3, 0.6, 0.9})
       for (const double torque_pole : {0.0, kUsualTorquePole})
         if (torque_pole == 0.0 || (motor_alone && torque == TorqueNoise::kColoured))
           places.push_back({1.0, sensor_pole, torque_pole, motor_alone});
-    NoiseSearch look(places.front(), loss_over(kForALook), threads, torque);
+    NoiseSearch look(places.front(), loss_over(kForALook), each, torque);
     look.anywhere(places);
-    NoiseSearch search(look.best(), loss_over(kEnough), threads, torque);
-    search.polish(kSteps);
-    if (!likeliest || search.loss() < likeliest->loss()) likeliest = std::move(search);
-  }
-  return likeliest->best();
+    found[i].emplace(look.best(), loss_over(kEnough), each, torque);
+    found[i]->polish(kSteps);
+  });
+  return (found[1]->loss() < found[0]->loss() ? found[1] : found[0])->best();
 }
 
 }  // namespace armukf

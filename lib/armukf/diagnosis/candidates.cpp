@@ -93,9 +93,10 @@ std::vector<Record> beginnings(std::vector<Record> pieces) {
 
 /// A fit to the thinned pieces: what another one, to all samples, begins with.
 ForesightFit thinned_fit(const Model& model, const StatesOfPieces& x0, const Thinned& records,
-                         const Propagation& propagation, double density, int iterations) {
+                         const Propagation& propagation, double density, int iterations,
+                         Extent extent) {
   ForesightFit fit = fit_foresight(model, x0, records.pieces, propagation,
-                                   thinned_density(density, records.times), iterations);
+                                   thinned_density(density, records.times), iterations, extent);
   fit.density = density;
   return fit;
 }
@@ -157,15 +158,16 @@ std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
     const Suggestion& from = starts[i].suggestion;
     begun[i].trial = starts[i].trial;
     begun[i].base = starts[i].base;
-    begun[i].fit = thinned_fit(from.model, from.x0, first_parts, propagation, density, kFirst);
+    begun[i].fit =
+        thinned_fit(from.model, from.x0, first_parts, propagation, density, kFirst, Extent::kBegun);
     begun[i].level = level_of(begun[i].fit, first_parts, propagation);
   });
   const std::vector<double> usual = medians(begun, bases.size());
   for (Begun& b : begun) b.excess = b.level - usual[b.base];
   keep_best(begun, kBegun);
   for_each_job(threads, static_cast<int>(begun.size()), [&](int i) {
-    begun[i].fit =
-        thinned_fit(begun[i].fit.model, begun[i].fit.x0, records, propagation, density, kSecond);
+    begun[i].fit = thinned_fit(begun[i].fit.model, begun[i].fit.x0, records, propagation, density,
+                               kSecond, Extent::kBegun);
     begun[i].level = level_of(begun[i].fit, records, propagation);
     begun[i].excess = begun[i].level - usual[begun[i].base];
   });
@@ -177,14 +179,15 @@ std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
 ForesightFit first_half(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
                         double density) {
   return thinned_fit(model, x0, thinned(records.estimation), records.propagation, density,
-                     kLong / 2);
+                     kLong / 2, Extent::kNear);
 }
 
 /// The second one, whose gains are those of where the first has ended.
 Explained second_half(const ForesightFit& halfway, const TraceRecords& records) {
-  return with_errors(fit_foresight(halfway.model, halfway.x0, records.estimation,
-                                   records.propagation, halfway.density, kLong / 2, true),
-                     records);
+  return with_errors(
+      fit_foresight(halfway.model, halfway.x0, records.estimation, records.propagation,
+                    halfway.density, kLong / 2, Extent::kJudged),
+      records);
 }
 
 constexpr double kMayGain = 0.1;  // of the level, the second half of a fit
@@ -232,7 +235,7 @@ Explained best_of(std::vector<Halfway> halfway, const TraceRecords& records) {
                [&](int i) { found[i] = second_half(halfway[i].fit, records); });
   Explained* best = &found.front();
   for (Explained& other : found)
-    if (!is_no_better(other, *best)) best = &other;
+    if (other.estimation.level() < best->estimation.level() - kBetterMinimum) best = &other;
   return std::move(*best);
 }
 
@@ -273,13 +276,14 @@ void judge(const Explained& now, const TraceRecords& records, const Looks& looks
 /// An effect fitted from there to the end.
 Refit to_the_end(const Trial& trial, const Model& from, const StatesOfPieces& x0, double density,
                  const TraceRecords& records) {
-  const ForesightFit near =
-      thinned_fit(from, x0, thinned(records.estimation), records.propagation, density, kLong / 3);
+  const ForesightFit near = thinned_fit(from, x0, thinned(records.estimation), records.propagation,
+                                        density, kLong / 3, Extent::kNear);
   Refit refit;
   refit.trial = trial;
-  refit.explained = with_errors(fit_foresight(near.model, near.x0, records.estimation,
-                                              records.propagation, density, kLong / 6, true),
-                                records);
+  refit.explained =
+      with_errors(fit_foresight(near.model, near.x0, records.estimation, records.propagation,
+                                density, kLong / 6, Extent::kJudged),
+                  records);
   return refit;
 }
 
@@ -362,10 +366,6 @@ Distance distance_from_none(const Trial& trial, const Model& before, const Model
 Explained explained(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
                     double density) {
   return second_half(first_half(model, x0, records, density), records);
-}
-
-bool is_no_better(const Explained& one, const Explained& other) {
-  return one.estimation.level() >= other.estimation.level() - kBetterMinimum;
 }
 
 Explained best_explained(const ForesightFit& fit, const std::vector<ForesightFit>& bases,

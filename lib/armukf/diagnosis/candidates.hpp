@@ -23,9 +23,6 @@ struct Explained {
 Explained explained(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
                     double density);
 
-/// Of fits of one model: whether the first has found no better a minimum than the second.
-bool is_no_better(const Explained& one, const Explained& other);
-
 /// The best of what fits end with: from there on, and from there with what the model shares with
 /// each base as it is there. A minimum without an effect may lead to a poor one with it. Halfway
 /// those that are far behind end.

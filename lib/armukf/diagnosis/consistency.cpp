@@ -33,9 +33,9 @@ std::vector<Consistency> consistency_of(const Explained& now, const TraceRecords
                                  fit.halves[1].values[i], fit.halves[1].sd[i]));
   if (records.validation.empty()) return all;
   constexpr int kIterations = 30;
-  const ForesightFit other =
-      fit_foresight(fit.model, states_before(fit.model, records.validation, records.propagation),
-                    records.validation, records.propagation, fit.density, kIterations, true);
+  const ForesightFit other = fit_foresight(
+      fit.model, states_before(fit.model, records.validation, records.propagation),
+      records.validation, records.propagation, fit.density, kIterations, Extent::kJudged);
   for (std::size_t i = 0; i < fit.fitted.size(); ++i) {
     const int at = fit.fitted[i];
     all.push_back(consistency_of(fit.model.parameters[at].name, "records",

@@ -196,8 +196,9 @@ WeightedInnovations weighted_innovations(const Model& model, const StatesOfPiece
 
 ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
                            const std::vector<Record>& pieces, const Propagation& propagation,
-                           double density, int iterations, bool judged) {
+                           double density, int iterations, Extent extent) {
   constexpr double kTolerance = 1e-5;    // of the cost: a tenth of a nat
+  constexpr double kNearby = 1e-4;       // the same of a fit that another one goes on from
   constexpr double kFirstRadius = 10.0;  // resonances are far from linear
   const InitialChoice choice = density > 0.0 ? prediction_choice(model) : all_free(model);
   const StatesOfPieces start = x0.empty() ? at_rest(model, pieces) : extended(x0, model);
@@ -206,15 +207,18 @@ ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
                               ? foresight_gains(model, start, pieces, propagation, density)
                               : std::vector<Gains>{});
   const Variables variables = error.variables_of_model(start);
-  const Minimum minimum =
-      search(error, variables, kInfinite, {iterations, kTolerance, kFirstRadius});
+  const Minimum minimum = search(error, variables, kInfinite,
+                                 {.iterations = iterations,
+                                  .cost_tolerance = extent < Extent::kFitted ? kNearby : kTolerance,
+                                  .first_radius = kFirstRadius,
+                                  .only_begins = extent == Extent::kBegun});
   ForesightFit fit;
   fit.model = error.model_at(minimum.z.data());
   fit.cost = minimum.cost;
   fit.density = density;
   fit.fitted = model.unknowns();
   fit.x0 = error.initial_states_at(minimum.z.data());
-  if (judged) judge(error, variables, minimum, fit);
+  if (extent == Extent::kJudged) judge(error, variables, minimum, fit);
   return fit;
 }
 

@@ -66,12 +66,19 @@ struct ForesightFit {
   std::array<HalfEstimates, 2> halves;  // of `fitted`
 };
 
+/// How far a fit goes.
+enum class Extent {
+  kBegun,   // no further than its iterations
+  kNear,    // another one goes on from where it ends
+  kFitted,  // to the end
+  kJudged   // as well with deviations and what is fitted without each block
+};
+
 /// From the model's values and those initial states on (extended where the model has more).
-/// density: one of the three above. judged: with deviations and what is fitted without
-/// each block.
+/// density: one of the three above.
 ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
                            const std::vector<Record>& pieces, const Propagation& propagation,
-                           double density, int iterations, bool judged = false);
+                           double density, int iterations, Extent extent = Extent::kFitted);
 
 /// The filter's gains at that model, the beginning of each piece without weight: there it settles.
 std::vector<Gains> foresight_gains(const Model& model, const StatesOfPieces& x0,

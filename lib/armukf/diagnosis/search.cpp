@@ -1,6 +1,10 @@
 #include "armukf/diagnosis/search.hpp"
 
+#include <array>
+#include <vector>
+
 #include "armukf/batch/pieces.hpp"
+#include "armukf/core/parallel.hpp"
 #include "armukf/diagnosis/spectrum.hpp"
 #include "armukf/model/effect.hpp"
 
@@ -31,24 +35,33 @@ std::vector<double> product(std::vector<double> a, const std::vector<double>& b)
 }  // namespace
 
 Suggested suggested_by(const FittedModel& fit, const std::vector<Record>& pieces,
-                       const Propagation& propagation) {
+                       const Propagation& propagation, int threads) {
   const std::vector<double> angle = motor_angle(pieces);
   const std::vector<double> time = times_of(pieces);
   const std::vector<double> direction = directions_of(pieces);
+  const std::vector<double> ahead = one_step(fit, pieces, propagation).errors;
+  const std::array<const std::vector<double>*, 2> errors{&ahead, &fit.residual};
+  struct Lines {
+    SpectralLines harmonics;
+    SpectralLines of_friction;
+    SpectralLines frequencies;
+  };
+  std::array<Lines, errors.size()> lines;
+  for_each_job(threads, static_cast<int>(errors.size()), [&](int i) {
+    const auto over_angle = [&](const std::vector<double>& e) {
+      return lines_over_angle(angle, e, kHighestHarmonic, kLinePower, kMostLines);
+    };
+    lines[i] = {over_angle(*errors[i]), over_angle(product(direction, *errors[i])),
+                lines_over_time(time, *errors[i], kHighestMode, kLinePower, kMostLines)};
+  });
   Suggested suggested{{1.0, 2.0}, {1.0, 2.0}, {}};
-  for (const std::vector<double>& e : {one_step(fit, pieces, propagation).errors, fit.residual}) {
-    const SpectralLines harmonics =
-        lines_over_angle(angle, e, kHighestHarmonic, kLinePower, kMostLines);
-    const SpectralLines frequencies =
-        lines_over_time(time, e, kHighestMode, kLinePower, kMostLines);
-    add_frequencies(harmonics, suggested.harmonics);
-    add_frequencies(
-        lines_over_angle(angle, product(direction, e), kHighestHarmonic, kLinePower, kMostLines),
-        suggested.harmonics_of_friction);
-    add_frequencies(frequencies, suggested.frequencies);
+  for (const Lines& found : lines) {
+    add_frequencies(found.harmonics, suggested.harmonics);
+    add_frequencies(found.of_friction, suggested.harmonics_of_friction);
+    add_frequencies(found.frequencies, suggested.frequencies);
     // Both have the same lines, and a line is one trial, whoever suggests it.
-    suggested.harmonics_looked_at = 2.0 + harmonics.looked_at;
-    suggested.frequencies_looked_at = frequencies.looked_at;
+    suggested.harmonics_looked_at = 2.0 + found.harmonics.looked_at;
+    suggested.frequencies_looked_at = found.frequencies.looked_at;
   }
   return suggested;
 }

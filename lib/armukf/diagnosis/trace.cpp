@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
+#include "armukf/core/parallel.hpp"
 #include "armukf/core/residual_tests.hpp"
 #include "armukf/diagnosis/candidates.hpp"
 #include "armukf/diagnosis/completion.hpp"
@@ -28,6 +30,7 @@ namespace {
 
 constexpr double kHopelessFit = 20.0;  // percent, of a simulation
 constexpr double kForetoldFit = 50.0;  // percent, of predictions over 200 samples
+constexpr double kFarBetter = 0.2;     // of the level: so much less is left that noise may be all
 constexpr double kMoreLeft = 1.5;      // times, of the validation's error over the estimation's
 
 /// A further start of the plain fit: what foretells best may lie in a better minimum of the
@@ -253,10 +256,10 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   bool noise_hopeless = false;
   for (int round = 1; round <= settings.most_effects; ++round) {
     say(fmt::format("round {}", round), static_cast<double>(round) / (settings.most_effects + 2));
-    Contest found =
-        looked_for({suggested_by(simulated.estimation, records.estimation, records.propagation),
-                    held, records, settings.acceptance, slow_first, noise_hopeless},
-                   bases, now);
+    Contest found = looked_for({suggested_by(simulated.estimation, records.estimation,
+                                             records.propagation, records.threads),
+                                held, records, settings.acceptance, slow_first, noise_hopeless},
+                               bases, now);
     const Refit* chosen = best_found(found.refits);
     Named name{};
     if (chosen != nullptr) {
@@ -269,7 +272,8 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
     slow_first = fit.density == kSlowDensity;
     if (slow_first) hold(now.fit.model, fit, held);
     now = best_explained(fit, first.minima, records);
-    noise_hopeless = name.noise_hopeless && is_no_better(now, chosen->explained);
+    noise_hopeless = name.noise_hopeless &&
+                     now.estimation.level() > chosen->explained.estimation.level() - kFarBetter;
     bases = {now.fit};
     least = std::min(least, error);
     const double before = error;
@@ -292,13 +296,18 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   diagnosis.after = simulated.estimation;
   diagnosis.after_validation = simulated.validation;
   const bool angle = model.has_angle() || simulated.estimation.model.has_angle();
-  const auto measures = [&](const FittedModel& fit, const std::vector<Record>& pieces) {
-    return measures_of(fit, pieces, angle, settings.propagation);
-  };
-  diagnosis.before_estimation = measures(diagnosis.base.best, records.estimation);
-  diagnosis.before_validation = measures(diagnosis.base_validation, diagnosis.judges);
-  diagnosis.after_estimation = measures(simulated.estimation, records.estimation);
-  diagnosis.after_validation_measures = measures(simulated.validation, diagnosis.judges);
+  const std::array<std::pair<const FittedModel*, const std::vector<Record>*>, 4> compared{
+      {{&diagnosis.base.best, &records.estimation},
+       {&diagnosis.base_validation, &diagnosis.judges},
+       {&simulated.estimation, &records.estimation},
+       {&simulated.validation, &diagnosis.judges}}};
+  const std::array<Measures*, compared.size()> measures{
+      &diagnosis.before_estimation, &diagnosis.before_validation, &diagnosis.after_estimation,
+      &diagnosis.after_validation_measures};
+  for_each_job(settings.threads, static_cast<int>(compared.size()), [&](int i) {
+    const auto& [fit, pieces] = compared[i];
+    *measures[i] = measures_of(*fit, *pieces, angle, settings.propagation);
+  });
   diagnosis.unexplained = left_of(simulated.estimation, records.estimation, records.propagation);
   const std::vector<std::string> there = more_left(simulated, records);
   std::ranges::copy(there, std::back_inserter(diagnosis.unexplained));

@@ -171,7 +171,7 @@ Minimum least_squares(const Variables& variables, int residuals, const Residuals
   descend(variables, known, Fixed(minimum.z.size(), false), limits, minimum);
   // A step that a bound cuts short is a poor step for the other variables: they go on alone.
   const Fixed fixed = on_bounds(variables, minimum.z);
-  if (std::ranges::find(fixed, true) != fixed.end())
+  if (!limits.only_begins && std::ranges::find(fixed, true) != fixed.end())
     descend(variables, known, fixed, limits, minimum);
   minimum.evaluations = known.evaluations();
   return minimum;

@@ -25,6 +25,9 @@ struct SearchLimits {
   /// First bound on a step, over what a linear problem would take: where iterations are few, steps
   /// that are refused are lost.
   double first_radius = 1e4;
+  /// Whether what it ends with is no more than a promise: then it ends with those iterations, and
+  /// does not go on with what no bound holds.
+  bool only_begins = false;
   std::stop_token stop{};  // asked for: the search ends with its iteration
 };
 
