@@ -118,6 +118,16 @@ TEST(Sensitivities, AgreeWithDifferencesForEffects) {
   }
 }
 
+TEST(Sensitivities, AgreeWithDifferencesWhereDirectionsTakeTurns) {
+  Model model = published_estimate();
+  for (const char* effect : {"flexible_mode_motor", "flexible_mode_gear", "torque_ripple",
+                             "gear_hysteresis", "sensor_lag", "torque_bias"})
+    model.add_effect(effect);
+  model.parameter("mode_motor_share").value = 0.1;
+  model.parameter("mode_gear_share").value = 0.1;
+  expect_exact_sensitivities(model, 2e-5, 2e-6);
+}
+
 TEST(Sensitivities, ToTorquesAreThoseToTheirGain) {
   // The input itself as the torque that is added: what torque_gain does to first order.
   Model model = published_estimate();

@@ -45,5 +45,23 @@ TEST(Bases, AreMinimaThatSearchesFromTheSameStartsMiss) {
   EXPECT_GE(better, 2);
 }
 
+TEST(ExplainedAsWell, IsNothingWithoutWhatExplainsMuch) {
+  Model biased = published_estimate();
+  biased.add_effect("torque_bias");
+  const Model plain = published_estimate();
+  for (const double bias : {0.0, 0.5}) {
+    biased.parameter("torque_bias").value = bias;
+    const TraceRecords records =
+        trace_records({simulate_experiment(biased, {.samples = 4000, .sensor_noise = 0.1}).record},
+                      {}, {}, 0.05, 1);
+    const Explained with = explained(biased, {}, records, kForesightDensity);
+    ForesightFit without;
+    without.model = plain;
+    without.x0 = with.fit.x0;
+    without.density = kForesightDensity;
+    EXPECT_EQ(explained_as_well(without, {}, with.estimation, records).has_value(), bias == 0.0);
+  }
+}
+
 }  // namespace
 }  // namespace armukf

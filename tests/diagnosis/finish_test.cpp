@@ -103,5 +103,16 @@ TEST(Finished, TakesOutWhatHasMostUnknownsFirst) {
   EXPECT_TRUE(found.diagnosis.candidates[1].accepted);
 }
 
+TEST(ErrorSoFar, IsThatOfTheBlocksByWhatForetellsThem) {
+  Found found(biased(), {"torque_bias"});
+  const double with = error_so_far(found.now, found.records);
+  EXPECT_NEAR(with / judged(plain(found.now, found.records), found.records).mse, 1.0, 0.3);
+  const Found none(biased(), {});
+  EXPECT_GT(error_so_far(none.now, none.records), with);
+  found.records.validation = {noisy_record(biased(), 3000, 0.05, 0.3, 8)};
+  EXPECT_DOUBLE_EQ(error_so_far(found.now, found.records),
+                   judged(plain(found.now, found.records), found.records).mse);
+}
+
 }  // namespace
 }  // namespace armukf

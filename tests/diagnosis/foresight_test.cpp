@@ -52,7 +52,8 @@ TEST(PredictionsAt, UseTheModelOfTheirPart) {
 TEST(FitForesight, TellsParametersAndHowFarTheyAre) {
   const Model truth = published_estimate();
   const std::vector<Record> pieces{record_of(truth, 3000)};
-  const ForesightFit fit = fit_foresight(truth, {}, pieces, {}, kForesightDensity, 20, Extent::kJudged);
+  const ForesightFit fit =
+      fit_foresight(truth, {}, pieces, {}, kForesightDensity, 20, Extent::kJudged);
   ASSERT_EQ(fit.sd.size(), fit.fitted.size());
   ASSERT_EQ(fit.left_out.size(), static_cast<std::size_t>(kForesightBlocks));
   const int motor = truth.index_of("a_m");
@@ -104,6 +105,66 @@ TEST(Blocks, AreEighthsOfAllPieces) {
   EXPECT_EQ(samples, 1600U);
   EXPECT_EQ(blocks.pieces.size(), 8U);  // of 200 samples: the gap falls between two of them
   EXPECT_EQ(blocks.block.back(), kForesightBlocks - 1);
+}
+
+TEST(Thinned, HasEverySecondSampleAndTheTorqueBetween) {
+  Record record = record_of(published_estimate(), 1001);
+  record.samples[7].t += 1e-4;  // a clock that is not quite even
+  const Thinned thin = thinned({record});
+  EXPECT_EQ(thin.times, 2);
+  ASSERT_EQ(thin.pieces[0].samples.size(), 501U);
+  double impulse = 0.0;  // N.m.s
+  for (std::size_t k = 0; k + 1 < record.samples.size(); ++k)
+    impulse += record.samples[k].u * (record.samples[k + 1].t - record.samples[k].t);
+  const std::vector<Sample>& half = thin.pieces[0].samples;
+  for (std::size_t k = 0; k + 1 < half.size(); ++k) {
+    EXPECT_EQ(half[k].y, record.samples[2 * k].y);
+    impulse -= half[k].u * (half[k + 1].t - half[k].t);
+  }
+  EXPECT_NEAR(impulse, 0.0, 1e-12);
+}
+
+TEST(Thinned, LeavesAThousandSamplesASecondAsTheyAre) {
+  Record record = record_of(published_estimate(), 1000);
+  for (Sample& sample : record.samples) sample.t *= 2.0;
+  const Thinned thin = thinned({record});
+  EXPECT_EQ(thin.times, 1);
+  EXPECT_EQ(thin.pieces[0].samples.size(), 1000U);
+}
+
+TEST(Thinned, ShowsTheSameErrors) {
+  // Of an arm whose gear is too soft: by horizons in time, not in samples. Of the truth, where half
+  // as many measurements leave the filter twice the variance, no more than that.
+  const Model truth = published_estimate();
+  Model soft = truth;
+  soft.parameter("k_g1").value *= 0.7;
+  const std::vector<Record> pieces{record_of(truth, 8000, 0.02)};
+  const Thinned thin = thinned(pieces);
+  const auto ratio = [&](const Model& model, Horizon h) {
+    const StatesOfPieces x0 = states_before(model, pieces, {});
+    return foresight_errors(model, x0, thin.pieces, {}, {}, kNear, kLast, thin.times).all[h] /
+           foresight_errors(model, x0, pieces, {}).all[h];
+  };
+  for (const Horizon h : {kNear, kMiddle, kFar}) {
+    EXPECT_NEAR(ratio(soft, h), 1.0, 0.1) << h;
+    EXPECT_GT(ratio(truth, h), 0.9) << h;
+    EXPECT_LT(ratio(truth, h), 2.0) << h;
+  }
+}
+
+TEST(FitForesight, EndsNearTheSameParametersWithEverySecondSample) {
+  const Model truth = published_estimate();
+  const std::vector<Record> pieces{record_of(truth, 6000)};
+  const Thinned thin = thinned(pieces);
+  const ForesightFit all =
+      fit_foresight(truth, {}, pieces, {}, kForesightDensity, 20, Extent::kJudged);
+  const ForesightFit half =
+      fit_foresight(truth, {}, thin.pieces, {}, thinned_density(kForesightDensity, thin.times), 20);
+  for (std::size_t i = 0; i < all.fitted.size(); ++i) {
+    const int at = all.fitted[i];
+    EXPECT_NEAR(half.model.parameters[at].value, all.model.parameters[at].value, 3.0 * all.sd[i])
+        << all.model.parameters[at].name;
+  }
 }
 
 }  // namespace

@@ -102,5 +102,14 @@ TEST(LeastSquares, StopsWhereItIsWhenAsked) {
   EXPECT_LT(minimum.cost, 0.5 * (4.4 * 4.4 + 2.2 * 2.2));
 }
 
+TEST(LeastSquares, EndsWithItsIterationsWhereItOnlyBegins) {
+  Variables variables = unbounded({0.5, 1.0});
+  variables.upper[0] = 0.5;
+  const Minimum begun = least_squares(variables, 2, valley, {.iterations = 1, .only_begins = true});
+  const Minimum whole = least_squares(variables, 2, valley, {.iterations = 1});
+  EXPECT_LE(begun.iterations, 2);                 // the start counts
+  EXPECT_GT(whole.iterations, begun.iterations);  // goes on along the bound
+}
+
 }  // namespace
 }  // namespace armukf
