@@ -92,7 +92,6 @@ void step_completed(benchmark::State& state) {
 }
 BENCHMARK(step_published<Ukf<Shape>>)->Name("ukf step");
 BENCHMARK(step_published<SquareRootFilter<Shape>>)->Name("srukf step");
-BENCHMARK(step_published<Ckf<Shape>>)->Name("ckf step");
 BENCHMARK(step_published<Ekf<Shape>>)->Name("ekf step");
 BENCHMARK(step_published<IteratedFilter<Shape>>)->Name("iekf step");
 BENCHMARK(step_published<Ukf<ColouredShape>>)->Name("ukf step, coloured noise");

@@ -28,7 +28,7 @@ struct MeasuredRow {
 };
 
 /// What all filters of this folder offer, by example of those that keep the covariance itself; Rule
-/// is Unscented, Cubature or Linearised. A measurement is a MeasuredRow, which is exact, or any
+/// is Unscented or Linearised. A measurement is a MeasuredRow, which is exact, or any
 /// h(x, theta), which is taken to first order about the mean.
 template <class S, template <class> class Rule>
 class CovarianceFilter {

@@ -11,12 +11,13 @@ namespace armukf {
 /// Sigma points m, m + c L(:, j), m - c L(:, j), c^2 = n + lambda, with lambda = alpha^2 (n +
 /// kappa)
 /// - n, as lanes: +1 ... +n, then from kHalf on -1 ... -n. All lanes between and after them stand
-/// at the mean, so that f is evaluated where it is defined; the centre point, if it counts, is one.
-template <class Shape, bool Centre>
+/// at the mean, so that f is evaluated where it is defined; the centre point is one of them.
+template <class Shape>
 class SigmaPoints {
  public:
-  static constexpr int kHalf = Centre ? padded(Shape::kSize, kPackWidth) : Shape::kSize;
-  using Points = Lanes<2 * kHalf + (Centre && kHalf == Shape::kSize ? 1 : 0)>;
+  static constexpr int kHalf = padded(Shape::kSize, kPackWidth);
+  using Points = Lanes<2 * kHalf + (kHalf == Shape::kSize ? 1 : 0)>;
+  static constexpr int kPacks = kHalf / kPackWidth;
   using Offsets = std::array<Lanes<kHalf>, Shape::kSize>;  // c L, by row
 
   SigmaPoints(const UnscentedSpread& spread, const Shape& shape) {
@@ -25,26 +26,18 @@ class SigmaPoints {
     distance = std::sqrt(scale);
     outer = 0.5 / scale;
     shift = spread.beta - spread.alpha * spread.alpha;
-    // Without a centre a point may have to stand in for it as the origin of small numbers.
-    origin = n < kHalf ? n : (2 * kHalf < Points::kPacks * kPackWidth ? 2 * kHalf : 0);
+    origin = n < kHalf ? n : 2 * kHalf;
   }
 
   std::array<Points, Shape::kSize> draw(const Shape& shape, const BeliefRow<Shape>& mean,
                                         const Offsets& offsets) const {
     std::array<Points, Shape::kSize> points;
     for (int i = 0; i < shape.size(); ++i) {
-      if constexpr (kHalf % kPackWidth == 0) {
-        constexpr int kPacks = kHalf / kPackWidth;
-        for (int k = 0; k < kPacks; ++k) {
-          points[i].packs[k] = mean[i] + offsets[i].packs[k];
-          points[i].packs[kPacks + k] = mean[i] - offsets[i].packs[k];
-        }
-        if constexpr (Points::kPacks > 2 * kPacks) points[i].packs[2 * kPacks] = broadcast(mean[i]);
-      } else {
-        points[i] = Points(mean[i]);
-        for (int k = 0; k < kHalf; ++k) points[i][k] += offsets[i][k];
-        for (int k = 0; k < kHalf; ++k) points[i][kHalf + k] -= offsets[i][k];
+      for (int k = 0; k < kPacks; ++k) {
+        points[i].packs[k] = mean[i] + offsets[i].packs[k];
+        points[i].packs[kPacks + k] = mean[i] - offsets[i].packs[k];
       }
+      if constexpr (Points::kPacks > 2 * kPacks) points[i].packs[2 * kPacks] = broadcast(mean[i]);
     }
     return points;
   }
@@ -63,7 +56,7 @@ class SigmaPoints {
   double distance;  // c
   double outer;     // w, weight of each point but the centre
   double shift;     // of s s' in the covariance: beta - alpha^2
-  int origin;       // lane
+  int origin;       // lane of the centre point
 };
 
 }  // namespace armukf

@@ -10,7 +10,7 @@ struct UnscentedSpread {
   double kappa = 0.0;
 };
 
-/// The spread of the cubature filter: points of equal weight, none at the centre.
+/// The spread of the cubature filter: points of equal weight, and none for the centre.
 /// Source: I. Arasaratnam, S. Haykin, "Cubature Kalman filters", IEEE TAC 54 (2009), eq. 33.
 inline constexpr UnscentedSpread kCubatureSpread{1.0, 0.0, 0.0};
 

@@ -135,7 +135,7 @@ class SquareRootFilter {
   }
 
  private:
-  using Sigma = SigmaPoints<Shape, true>;
+  using Sigma = SigmaPoints<Shape>;
   using Points = typename Sigma::Points;
   using Wider = Lanes<Shape::kSize + 1>;
   static constexpr int kHalf = Sigma::kHalf;

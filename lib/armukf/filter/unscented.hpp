@@ -7,15 +7,18 @@
 
 namespace armukf {
 
-/// Image of a belief by sigma points, drawn afresh from the whole belief for every step, so that
-/// the process noise of the last one is in them.
-template <class Shape, bool Centre>
-class SigmaPointRule {
+/// Image of a belief by 2 n + 1 sigma points, drawn afresh from the whole belief for every step, so
+/// that the process noise of the last one is in them. Source: R. van der Merwe, 2004,
+/// algorithm 3.1.
+template <class Shape>
+class Unscented {
  public:
-  using Points = typename SigmaPoints<Shape, Centre>::Points;
+  using Points = typename SigmaPoints<Shape>::Points;
   using Number = Points;
 
-  explicit SigmaPointRule(const UnscentedSpread& spread, Shape shape = {})
+  static constexpr std::string_view filter_name = "ukf";
+
+  explicit Unscented(const UnscentedSpread& spread = {}, Shape shape = {})
       : sigma_(spread, shape) {}
 
   /// f takes the rows of states and of unknowns, each a Points, and returns the moved states.
@@ -35,11 +38,11 @@ class SigmaPointRule {
 
  private:
   using Row = BeliefRow<Shape>;
-  static constexpr int kHalf = SigmaPoints<Shape, Centre>::kHalf;
+  static constexpr int kHalf = SigmaPoints<Shape>::kHalf;
 
   /// All of L is turned before any of it is read back as packs, which would wait for the stores.
   auto offsets(const Shape& shape, const std::array<Row, Shape::kSize>& root) const {
-    typename SigmaPoints<Shape, Centre>::Offsets offsets{};
+    typename SigmaPoints<Shape>::Offsets offsets{};
     for_each_row(
         shape, [&](auto j) __attribute__((always_inline)) {
           for (int i = j; i < shape.size(); ++i) offsets[i][j] = sigma_.distance * root[j][i];
@@ -68,40 +71,15 @@ class SigmaPointRule {
   Row covariance_with_old(int n, const std::array<Row, Shape::kSize>& root, const Points& d) const {
     Lanes<kHalf> difference;
     const double weight = sigma_.outer * sigma_.distance;
-    if constexpr (kHalf % kPackWidth == 0) {
-      constexpr int kPacks = kHalf / kPackWidth;
-      for (int k = 0; k < kPacks; ++k)
-        difference.packs[k] = weight * (d.packs[k] - d.packs[kPacks + k]);
-    } else {
-      for (int k = 0; k < kHalf; ++k) difference[k] = weight * (d[k] - d[kHalf + k]);
-    }
+    constexpr int kPacks = SigmaPoints<Shape>::kPacks;
+    for (int k = 0; k < kPacks; ++k)
+      difference.packs[k] = weight * (d.packs[k] - d.packs[kPacks + k]);
     Row covariance{};
     for (int j = 0; j < n; ++j) covariance += difference[j] * root[j];
     return covariance;
   }
 
-  SigmaPoints<Shape, Centre> sigma_;
-};
-
-/// 2 n + 1 points. Source: R. van der Merwe, 2004, algorithm 3.1.
-template <class Shape>
-class Unscented : public SigmaPointRule<Shape, true> {
- public:
-  static constexpr std::string_view filter_name = "ukf";
-
-  explicit Unscented(const UnscentedSpread& spread = {}, Shape shape = {})
-      : SigmaPointRule<Shape, true>(spread, shape) {}
-};
-
-/// 2 n points of equal weight. Source: I. Arasaratnam, S. Haykin, 2009.
-template <class Shape>
-class Cubature : public SigmaPointRule<Shape, false> {
- public:
-  static constexpr std::string_view filter_name = "ckf";
-
-  /// Its spread is its own, whatever was chosen.
-  explicit Cubature(const UnscentedSpread& /*spread*/ = {}, Shape shape = {})
-      : SigmaPointRule<Shape, false>(kCubatureSpread, shape) {}
+  SigmaPoints<Shape> sigma_;
 };
 
 }  // namespace armukf

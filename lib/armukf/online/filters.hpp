@@ -24,23 +24,55 @@ template <class Shape>
 using Ukf = CovarianceFilter<Shape, Unscented>;
 template <class Shape>
 using Ekf = CovarianceFilter<Shape, Linearised>;
-template <class Shape>
-using Ckf = CovarianceFilter<Shape, Cubature>;
 
 template <class... T>
 struct TypeList {};
 template <class... A, class... B>
 TypeList<A..., B...> operator+(TypeList<A...>, TypeList<B...>);
 
+/// A filter as the user chooses it: its name, and how it is made of the spread that was chosen.
+template <class F>
+struct Chosen {
+  using Filter = F;
+  static constexpr std::string_view name = F::name;
+
+  static Filter made(const typename F::Shape& shape, const UnscentedSpread& spread) {
+    return F(shape, spread);
+  }
+};
+
+/// The unscented filter of a spread of its own, whatever was chosen.
+template <class Shape>
+struct Ckf {
+  using Filter = Ukf<Shape>;
+  static constexpr std::string_view name = "ckf";
+
+  static Filter made(const Shape& shape, const UnscentedSpread& /*spread*/) {
+    return Filter(shape, kCubatureSpread);
+  }
+};
+
 /// The registry: a new filter is a header in filter/ and a word here.
 template <class Shape>
-using Filters =
-    TypeList<Ukf<Shape>, Ekf<Shape>, SquareRootFilter<Shape>, Ckf<Shape>, IteratedFilter<Shape>>;
+using Filters = TypeList<Chosen<Ukf<Shape>>, Chosen<Ekf<Shape>>, Chosen<SquareRootFilter<Shape>>,
+                         Ckf<Shape>, Chosen<IteratedFilter<Shape>>>;
+
+/// What they are made of, each type once: some are others of another spread.
+template <class... Known, class New>
+auto operator|(TypeList<Known...>, std::type_identity<New>)
+    -> std::conditional_t<(std::is_same_v<Known, New> || ...), TypeList<Known...>,
+                          TypeList<Known..., New>>;
+template <class... F>
+auto types_of(TypeList<F...>)
+    -> decltype((TypeList<>() | ... | std::type_identity<typename F::Filter>()));
+template <class Shape>
+using FilterTypes = decltype(types_of(Filters<Shape>()));
 
 /// Those whose beliefs can be smoothed.
 template <class... F>
 auto smoothing(TypeList<F...>)
-    -> decltype((TypeList<>() + ... + std::conditional_t<F::smooths, TypeList<F>, TypeList<>>()));
+    -> decltype((TypeList<>() + ... +
+                 std::conditional_t<F::Filter::smooths, TypeList<F>, TypeList<>>()));
 template <class Shape>
 using SmoothingFilters = decltype(smoothing(Filters<Shape>()));
 
@@ -77,10 +109,10 @@ auto with_shape(const Model& model, const FreeCoordinates& coordinates, bool col
 template <class Shape, class Visit, class... F>
 auto with_filter(std::string_view job, TypeList<F...> /*registry*/, std::string_view name,
                  const Shape& shape, const UnscentedSpread& spread, const Visit& visit) {
-  using Result = std::common_type_t<decltype(visit(F(shape, spread)))...>;
+  using Result = std::common_type_t<decltype(visit(F::made(shape, spread)))...>;
   std::optional<Result> result;
   const auto visit_if_named = [&]<class G>(std::type_identity<G>) {
-    if (G::name == name) result.emplace(visit(G(shape, spread)));
+    if (G::name == name) result.emplace(visit(G::made(shape, spread)));
   };
   (visit_if_named(std::type_identity<F>()), ...);
   if (!result)

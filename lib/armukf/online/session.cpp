@@ -26,8 +26,8 @@ namespace {
 /// A runner of any filter of the registries.
 template <class... F>
 std::variant<Runner<F>...> runner_of(TypeList<F...>);
-using AnyRunner = decltype(runner_of(Filters<PublishedShape>() + Filters<ColouredShape>() +
-                                     Filters<CompletedShape>() + Filters<AnyShape>()));
+using AnyRunner = decltype(runner_of(FilterTypes<PublishedShape>() + FilterTypes<ColouredShape>() +
+                                     FilterTypes<CompletedShape>() + FilterTypes<AnyShape>()));
 
 /// Whether the noise is to be learnt, and a belief about this model has room for it.
 bool is_coloured(const Model& model, const FreeCoordinates& coordinates,
