@@ -11,6 +11,7 @@
 
 #include "armukf/batch/gains.hpp"
 #include "armukf/batch/noise_search.hpp"
+#include "armukf/batch/visit_states.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/parallel.hpp"
 #include "armukf/filter/kalman.hpp"
@@ -319,42 +320,65 @@ double best_density(Setting setting, Shape shape, std::size_t horizon) {
   }));
 }
 
-template <class Shape>
-std::vector<std::vector<double>> predictions_at(const Setting& setting, Shape shape,
-                                                std::span<const int> horizons,
-                                                const PartModels& parts) {
-  const std::size_t n = setting.samples.size();
-  std::deque<Setting> settings;  // the steps point into them
-  std::deque<Step<double>> steps;
-  for (std::size_t i = 0; i < std::max<std::size_t>(1, parts.models.size()); ++i) {
-    const Model& model = parts.models.empty() ? setting.model : parts.models[i];
-    settings.push_back({model, setting.x0, setting.samples, setting.propagation});
-    steps.emplace_back(settings.back());
+/// Predictions at several horizons, each by the model of its part.
+class PredictionsAhead {
+ public:
+  PredictionsAhead(const Setting& setting, std::span<const int> horizons, const PartModels& parts)
+      : setting_(setting),
+        horizons_(horizons),
+        parts_(parts),
+        all_(horizons.size(), std::vector<double>(setting.samples.size(), kNaN)) {
+    for (std::size_t i = 0; i < std::max<std::size_t>(1, parts.models.size()); ++i) {
+      const Model& model = parts.models.empty() ? setting.model : parts.models[i];
+      settings_.push_back({model, setting.x0, setting.samples, setting.propagation});
+      steps_.emplace_back(settings_.back());
+    }
   }
-  const auto part_of = [&](std::size_t k) { return parts.models.empty() ? 0 : parts.part[k]; };
-  std::vector<std::vector<double>> all(horizons.size(), std::vector<double>(n, kNaN));
-  const auto predict = [&](std::size_t k, const auto& belief) {
-    for (std::size_t h = 0; h < horizons.size(); ++h) {
-      const auto horizon = static_cast<std::size_t>(horizons[h]);
+  PredictionsAhead(const PredictionsAhead&) = delete;  // the steps point into this
+  PredictionsAhead& operator=(const PredictionsAhead&) = delete;
+
+  /// From those states, believed at sample k; of N rows, the first of which are the model's.
+  template <std::size_t N>
+  void predict(std::size_t k, const std::array<double, N>& belief) {
+    const std::size_t n = setting_.samples.size();
+    for (std::size_t h = 0; h < horizons_.size(); ++h) {
+      const auto horizon = static_cast<std::size_t>(horizons_[h]);
       const std::size_t half = std::max<std::size_t>(1, horizon / 2);
       const std::size_t first = k + horizon - half + 1;
       if (k % half != 0 || first >= n) continue;
       const std::size_t last = std::min(k + horizon, n - 1);
       for (int part = part_of(first); part <= part_of(last); ++part) {
-        std::array<double, Shape::kStates> x{};
-        std::copy_n(belief.begin(), shape.states(), x.begin());
+        std::array<double, N> x = belief;
         for (std::size_t i = k + 1; i <= last && part_of(i) <= part; ++i) {
-          steps[part](x, i);
+          steps_[part](x, i);
           if (i < first || part_of(i) != part) continue;
-          const double y = steps[part].measured(x, i);
-          all[h][i] = std::isnan(y) ? kInfinite : y;
+          const double y = steps_[part].measured(x, i);
+          all_[h][i] = std::isnan(y) ? kInfinite : y;
         }
       }
     }
-  };
-  filter(setting, shape, predict, [](std::size_t, const Update<Shape>&) {});
-  return all;
-}
+  }
+
+  /// rad/s, for each horizon at each sample; NaN where nothing was predicted.
+  std::vector<std::vector<double>> take() { return std::move(all_); }
+
+  /// What was to be predicted from sample k on and cannot be.
+  void run_away(std::size_t k) {
+    for (std::vector<double>& y : all_)
+      for (std::size_t i = k; i < y.size(); ++i)
+        if (std::isnan(y[i])) y[i] = kInfinite;
+  }
+
+ private:
+  int part_of(std::size_t k) const { return parts_.models.empty() ? 0 : parts_.part[k]; }
+
+  const Setting& setting_;
+  std::span<const int> horizons_;
+  const PartModels& parts_;
+  std::deque<Setting> settings_;  // the steps point into them
+  std::deque<Step<double>> steps_;
+  std::vector<std::vector<double>> all_;
+};
 
 template <class Shape>
 Prediction predict_ahead(Setting setting, Shape shape, std::size_t horizon) {
@@ -400,8 +424,32 @@ std::vector<std::vector<double>> predictions_at(const Model& model, const std::v
                                                 std::span<const int> horizons,
                                                 const PartModels& parts) {
   const Setting setting{model, x0, samples, propagation, {density}};
-  return with_state_shape(
-      setting, [&](auto shape) { return predictions_at(setting, shape, horizons, parts); });
+  PredictionsAhead ahead(setting, horizons, parts);
+  with_state_shape(setting, [&]<class Shape>(Shape shape) {
+    const auto predict = [&](std::size_t k, const auto& belief) {
+      std::array<double, Shape::kStates> x{};
+      std::copy_n(belief.begin(), shape.states(), x.begin());
+      ahead.predict(k, x);
+    };
+    filter(setting, shape, predict, [](std::size_t, const Update<Shape>&) {});
+  });
+  return ahead.take();
+}
+
+std::vector<std::vector<double>> predictions_at(const Model& model, const std::vector<double>& x0,
+                                                const std::vector<Sample>& samples,
+                                                const Propagation& propagation, const Gains& gains,
+                                                std::span<const int> horizons) {
+  const Setting setting{model, x0, samples, propagation};
+  const PartModels one_for_all;
+  PredictionsAhead ahead(setting, horizons, one_for_all);
+  const auto predict = [&](std::size_t k, auto x, double y) {
+    if (!std::isnan(samples[k].y)) correct(model, gains, k, samples[k].y - y, x);
+    ahead.predict(k, x);
+  };
+  ahead.run_away(visit_states(model, model.values(), x0, samples, propagation,
+                              recorded_input<double>(samples), predict, Angles::kMeasured, gains));
+  return ahead.take();
 }
 
 Gains filter_gains(const Model& model, const std::vector<double>& x0,

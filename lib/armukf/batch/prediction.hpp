@@ -44,6 +44,13 @@ std::vector<std::vector<double>> predictions_at(const Model& model, const std::v
                                                 std::span<const int> horizons,
                                                 const PartModels& parts = {});
 
+/// The same by a filter whose gains are given, with one model for all; infinite from where it runs
+/// away.
+std::vector<std::vector<double>> predictions_at(const Model& model, const std::vector<double>& x0,
+                                                const std::vector<Sample>& samples,
+                                                const Propagation& propagation, const Gains& gains,
+                                                std::span<const int> horizons);
+
 /// The first sample at which what is not known of the initial states has faded: a second, or a
 /// tenth of a short record, after the first one. Until then what a filter makes of them depends on
 /// the sensor's noise, which is not known yet, and counts for nothing in a likelihood.

@@ -79,6 +79,13 @@ void keep_best(std::vector<Begun>& begun, std::size_t effects) {
   begun = std::move(kept);
 }
 
+/// Leaves of each effect the fit that foretells best, best first.
+void keep_first(std::vector<Begun>& begun) {
+  std::ranges::stable_sort(begun, {}, &Begun::level);
+  std::map<std::string, int> count;
+  std::erase_if(begun, [&](const Begun& b) { return count[b.trial->effect]++ > 0; });
+}
+
 /// The first half of each piece, or five seconds if that is more: enough to tell a good start from
 /// a bad one.
 std::vector<Record> beginnings(std::vector<Record> pieces) {
@@ -108,14 +115,31 @@ struct Start {
   Suggestion suggestion;
 };
 
+/// The filter's gains on top of a base, by which what it lacks is looked for: that by which all is
+/// judged, and that of a fit.
+struct BaseGains {
+  std::vector<Gains> judging;
+  std::vector<Gains> fitting;
+};
+
+BaseGains gains_on(const ForesightFit& base, const Thinned& records, const Propagation& propagation,
+                   double density) {
+  const auto of = [&](double d) {
+    return foresight_gains(base.model, base.x0, records.pieces, propagation,
+                           thinned_density(d, records.times));
+  };
+  BaseGains gains{of(kForesightDensity), {}};
+  gains.fitting = density == kForesightDensity ? gains.judging : of(density);
+  return gains;
+}
+
 /// Every trial on top of a base, and of each effect the most promising.
 std::vector<Start> starts_on(const std::vector<ForesightFit>& bases, std::size_t base,
-                             const std::vector<Trial>& trials, std::size_t of_each,
-                             const Thinned& records, const Propagation& propagation, int threads) {
+                             const std::vector<Gains>& gains, const std::vector<Trial>& trials,
+                             std::size_t of_each, const Thinned& records,
+                             const Propagation& propagation, int threads) {
   const ForesightFit& fit = bases[base];
-  const AheadScore score(fit.model, fit.x0, records.pieces, propagation,
-                         foresight_gains(fit.model, fit.x0, records.pieces, propagation,
-                                         thinned_density(kForesightDensity, records.times)));
+  const AheadScore score(fit.model, fit.x0, records.pieces, propagation, gains);
   std::vector<Suggestion> suggestions = score(trials, threads);
   std::vector<Start> starts;
   starts.reserve(trials.size());
@@ -149,18 +173,25 @@ std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
                               const Propagation& propagation, double density, int threads) {
   const Thinned first_parts{beginnings(records.pieces), records.times};
   const std::size_t of_each = std::max<std::size_t>(2, kStarts / bases.size());
+  std::vector<BaseGains> gains(bases.size());
+  for_each_job(threads, static_cast<int>(bases.size()),
+               [&](int i) { gains[i] = gains_on(bases[i], first_parts, propagation, density); });
   std::vector<Start> starts;
   for (std::size_t base = 0; base < bases.size(); ++base)
-    for (Start& start : starts_on(bases, base, trials, of_each, first_parts, propagation, threads))
+    for (Start& start : starts_on(bases, base, gains[base].judging, trials, of_each, first_parts,
+                                  propagation, threads))
       starts.push_back(std::move(start));
   std::vector<Begun> begun(starts.size());
   for_each_job(threads, static_cast<int>(begun.size()), [&](int i) {
     const Suggestion& from = starts[i].suggestion;
     begun[i].trial = starts[i].trial;
     begun[i].base = starts[i].base;
+    const BaseGains& its = gains[begun[i].base];
     begun[i].fit =
-        thinned_fit(from.model, from.x0, first_parts, propagation, density, kFirst, Extent::kBegun);
-    begun[i].level = level_of(begun[i].fit, first_parts, propagation);
+        begin_foresight(from.model, from.x0, first_parts.pieces, propagation, its.fitting, kFirst);
+    begun[i].level =
+        begun_errors(begun[i].fit, first_parts.pieces, propagation, its.judging, first_parts.times)
+            .level();
   });
   const std::vector<double> usual = medians(begun, bases.size());
   for (Begun& b : begun) b.excess = b.level - usual[b.base];
@@ -273,16 +304,20 @@ void judge(const Explained& now, const TraceRecords& records, const Looks& looks
   refit.shows_at = shows_at(evidence, acceptance);
 }
 
-/// An effect fitted from there to the end.
-Refit to_the_end(const Trial& trial, const Model& from, const StatesOfPieces& x0, double density,
-                 const TraceRecords& records) {
-  const ForesightFit near = thinned_fit(from, x0, thinned(records.estimation), records.propagation,
-                                        density, kLong / 3, Extent::kNear);
+/// An effect fitted from there nearly to the end.
+ForesightFit near_the_end(const Model& from, const StatesOfPieces& x0, double density,
+                          const TraceRecords& records) {
+  return thinned_fit(from, x0, thinned(records.estimation), records.propagation, density, kLong / 3,
+                     Extent::kNear);
+}
+
+/// From there to the end.
+Refit to_the_end(const Trial& trial, const ForesightFit& near, const TraceRecords& records) {
   Refit refit;
   refit.trial = trial;
   refit.explained =
       with_errors(fit_foresight(near.model, near.x0, records.estimation, records.propagation,
-                                density, kLong / 6, Extent::kJudged),
+                                near.density, kLong / 6, Extent::kJudged),
                   records);
   return refit;
 }
@@ -314,8 +349,9 @@ void follow_best(const Explained& now, const TraceRecords& records, const Looks&
   std::vector<Refit> again(others.size());
   for_each_job(records.threads, static_cast<int>(others.size()), [&](int i) {
     const ForesightFit& fit = others[i]->explained.fit;
-    again[i] =
-        to_the_end(others[i]->trial, with_values(fit.model, arm), fit.x0, fit.density, records);
+    again[i] = to_the_end(others[i]->trial,
+                          near_the_end(with_values(fit.model, arm), fit.x0, fit.density, records),
+                          records);
   });
   std::ranges::move(again, std::back_inserter(refits));
   judge_all(now, records, looks, acceptance, refits);
@@ -431,7 +467,7 @@ const Refit* best_found(const std::vector<Refit>& refits) {
 Refit refitted(const Trial& trial, const Model& from, const StatesOfPieces& x0,
                const Explained& now, const Looks& looks, const TraceRecords& records,
                const AcceptanceSettings& acceptance) {
-  Refit refit = to_the_end(trial, from, x0, now.fit.density, records);
+  Refit refit = to_the_end(trial, near_the_end(from, x0, now.fit.density, records), records);
   judge(now, records, looks, acceptance, refit);
   return refit;
 }
@@ -445,18 +481,23 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
       begun_fits(trials, bases, looked_at, records.propagation, density, records.threads);
   const double without = level_of(now.fit, looked_at, records.propagation);
   std::map<std::string, bool> judged;  // of each effect: whether it is among the most promising
-  std::vector<const Begun*> promising;
+  std::vector<Begun> promising;
   for (const Begun& b : begun) {
     const bool worth = judged.size() < kSurelyJudged ||
                        (judged.size() < kRefits && b.level < without - kLeastFall);
     const auto at = judged.try_emplace(b.trial->effect, worth).first;
-    if (at->second) promising.push_back(&b);
+    if (at->second) promising.push_back(b);
   }
+  for_each_job(records.threads, static_cast<int>(promising.size()), [&](int i) {
+    Begun& b = promising[i];
+    b.fit = near_the_end(b.fit.model, b.fit.x0, density, records);
+    b.level = level_of(b.fit, looked_at, records.propagation);
+  });
+  keep_first(promising);
   Contest result;
   result.refits.resize(promising.size());
   for_each_job(records.threads, static_cast<int>(promising.size()), [&](int i) {
-    const Begun& from = *promising[i];
-    result.refits[i] = to_the_end(*from.trial, from.fit.model, from.fit.x0, density, records);
+    result.refits[i] = to_the_end(*promising[i].trial, promising[i].fit, records);
   });
   judge_all(now, records, looks, acceptance, result.refits);
   constexpr int kMinima = 3;

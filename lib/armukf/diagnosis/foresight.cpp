@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <span>
+#include <utility>
 
 #include "armukf/batch/gains.hpp"
 #include "armukf/batch/output_error.hpp"
@@ -147,6 +147,73 @@ double beginning_error(const Model& model, const std::vector<double>& x0,
   return std::isnan(sum) ? kInfinite : sum;
 }
 
+/// predict(e, horizons, part) tells the predictions of piece e, whose samples are of those parts.
+template <class Predict>
+ForesightErrors errors_of(const std::vector<Record>& pieces, Horizon least, Horizon most,
+                          int thinned, Predict predict) {
+  constexpr double kMost = 1e3;  // rad/s, an error of what runs away
+  std::vector<int> horizons;
+  for (int h = least; h <= most; ++h) horizons.push_back(kHorizons[h] / thinned);
+  const Eigen::Index rows = rows_of(pieces);
+  ForesightErrors errors;
+  std::array<std::array<double, kForesightBlocks>, kHorizons.size()> count{};
+  Eigen::Index row = 0;
+  for (std::size_t e = 0; e < pieces.size(); ++e) {
+    const std::vector<Sample>& samples = pieces[e].samples;
+    std::vector<int> part(samples.size());
+    for (int& one : part) one = block_of(row++, rows);
+    const std::vector<std::vector<double>> y = predict(e, horizons, part);
+    for (int h = least; h <= most; ++h) {
+      for (std::size_t k = first_that_counts(pieces[e]); k < samples.size(); ++k) {
+        const double predicted = y[h - least][k];
+        if (std::isnan(samples[k].y) || std::isnan(predicted)) continue;
+        const double error = std::min(std::abs(samples[k].y - predicted), kMost);
+        errors.blocks[h][part[k]] += error * error;
+        count[h][part[k]] += 1.0;
+      }
+    }
+  }
+  for (std::size_t h = 0; h < kHorizons.size(); ++h) {
+    double sum = 0.0;
+    double samples = 0.0;
+    for (int b = 0; b < kForesightBlocks; ++b) {
+      sum += errors.blocks[h][b];
+      samples += count[h][b];
+      errors.blocks[h][b] /= std::max(1.0, count[h][b]);
+    }
+    errors.all[h] = sum / std::max(1.0, samples);
+    if (samples == 0.0) {  // no piece is as long, or nobody asks: nothing is said, of any model
+      errors.all[h] = 1.0;
+      errors.blocks[h].fill(1.0);
+    }
+  }
+  return errors;
+}
+
+/// gains: none for the plain simulation.
+ForesightFit fitted_with(std::vector<Gains> gains, const Model& model, const StatesOfPieces& start,
+                         const std::vector<Record>& pieces, const Propagation& propagation,
+                         int iterations, Extent extent) {
+  constexpr double kTolerance = 1e-5;    // of the cost: a tenth of a nat
+  constexpr double kNearby = 1e-4;       // the same of a fit that another one goes on from
+  constexpr double kFirstRadius = 10.0;  // resonances are far from linear
+  const InitialChoice choice = gains.empty() ? all_free(model) : prediction_choice(model);
+  const OutputError error(model, pieces, choice, propagation, std::move(gains));
+  const Variables variables = error.variables_of_model(start);
+  const Minimum minimum = search(error, variables, kInfinite,
+                                 {.iterations = iterations,
+                                  .cost_tolerance = extent < Extent::kFitted ? kNearby : kTolerance,
+                                  .first_radius = kFirstRadius,
+                                  .only_begins = extent == Extent::kBegun});
+  ForesightFit fit;
+  fit.model = error.model_at(minimum.z.data());
+  fit.cost = minimum.cost;
+  fit.fitted = model.unknowns();
+  fit.x0 = error.initial_states_at(minimum.z.data());
+  if (extent == Extent::kJudged) judge(error, variables, minimum, fit);
+  return fit;
+}
+
 }  // namespace
 
 Model with_values(Model model, const Model& other) {
@@ -197,73 +264,45 @@ WeightedInnovations weighted_innovations(const Model& model, const StatesOfPiece
 ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
                            const std::vector<Record>& pieces, const Propagation& propagation,
                            double density, int iterations, Extent extent) {
-  constexpr double kTolerance = 1e-5;    // of the cost: a tenth of a nat
-  constexpr double kNearby = 1e-4;       // the same of a fit that another one goes on from
-  constexpr double kFirstRadius = 10.0;  // resonances are far from linear
-  const InitialChoice choice = density > 0.0 ? prediction_choice(model) : all_free(model);
   const StatesOfPieces start = x0.empty() ? at_rest(model, pieces) : extended(x0, model);
-  const OutputError error(model, pieces, choice, propagation,
-                          density > 0.0
-                              ? foresight_gains(model, start, pieces, propagation, density)
-                              : std::vector<Gains>{});
-  const Variables variables = error.variables_of_model(start);
-  const Minimum minimum = search(error, variables, kInfinite,
-                                 {.iterations = iterations,
-                                  .cost_tolerance = extent < Extent::kFitted ? kNearby : kTolerance,
-                                  .first_radius = kFirstRadius,
-                                  .only_begins = extent == Extent::kBegun});
-  ForesightFit fit;
-  fit.model = error.model_at(minimum.z.data());
-  fit.cost = minimum.cost;
+  ForesightFit fit =
+      fitted_with(density > 0.0 ? foresight_gains(model, start, pieces, propagation, density)
+                                : std::vector<Gains>{},
+                  model, start, pieces, propagation, iterations, extent);
   fit.density = density;
-  fit.fitted = model.unknowns();
-  fit.x0 = error.initial_states_at(minimum.z.data());
-  if (extent == Extent::kJudged) judge(error, variables, minimum, fit);
   return fit;
+}
+
+ForesightFit begin_foresight(const Model& model, const StatesOfPieces& x0,
+                             const std::vector<Record>& pieces, const Propagation& propagation,
+                             const std::vector<Gains>& gains, int iterations) {
+  std::vector<Gains> its;
+  for (const Gains& g : gains) its.push_back(padded(g, static_cast<int>(model.states.size())));
+  return fitted_with(std::move(its), model, extended(x0, model), pieces, propagation, iterations,
+                     Extent::kBegun);
 }
 
 ForesightErrors foresight_errors(const Model& model, const StatesOfPieces& x0,
                                  const std::vector<Record>& pieces, const Propagation& propagation,
                                  const std::vector<Model>& left_out, Horizon least, Horizon most,
                                  int thinned) {
-  constexpr double kMost = 1e3;  // rad/s, an error of what runs away
   const double density = thinned_density(kForesightDensity, thinned);
-  std::vector<int> horizons;
-  for (int h = least; h <= most; ++h) horizons.push_back(kHorizons[h] / thinned);
-  const Eigen::Index rows = rows_of(pieces);
-  ForesightErrors errors;
-  std::array<std::array<double, kForesightBlocks>, kHorizons.size()> count{};
-  Eigen::Index row = 0;
-  for (std::size_t e = 0; e < pieces.size(); ++e) {
-    const std::vector<Sample>& samples = pieces[e].samples;
-    PartModels parts{left_out, std::vector<int>(samples.size())};
-    for (int& part : parts.part) part = block_of(row++, rows);
-    const auto y = predictions_at(model, x0[e], samples, propagation, density, horizons, parts);
-    for (int h = least; h <= most; ++h) {
-      for (std::size_t k = first_that_counts(pieces[e]); k < samples.size(); ++k) {
-        const double predicted = y[h - least][k];
-        if (std::isnan(samples[k].y) || std::isnan(predicted)) continue;
-        const double error = std::min(std::abs(samples[k].y - predicted), kMost);
-        errors.blocks[h][parts.part[k]] += error * error;
-        count[h][parts.part[k]] += 1.0;
-      }
-    }
-  }
-  for (std::size_t h = 0; h < kHorizons.size(); ++h) {
-    double sum = 0.0;
-    double samples = 0.0;
-    for (int b = 0; b < kForesightBlocks; ++b) {
-      sum += errors.blocks[h][b];
-      samples += count[h][b];
-      errors.blocks[h][b] /= std::max(1.0, count[h][b]);
-    }
-    errors.all[h] = sum / std::max(1.0, samples);
-    if (samples == 0.0) {  // no piece is as long, or nobody asks: nothing is said, of any model
-      errors.all[h] = 1.0;
-      errors.blocks[h].fill(1.0);
-    }
-  }
-  return errors;
+  return errors_of(pieces, least, most, thinned,
+                   [&](std::size_t e, const std::vector<int>& horizons, std::vector<int> part) {
+                     return predictions_at(model, x0[e], pieces[e].samples, propagation, density,
+                                           horizons, {left_out, std::move(part)});
+                   });
+}
+
+ForesightErrors begun_errors(const ForesightFit& fit, const std::vector<Record>& pieces,
+                             const Propagation& propagation, const std::vector<Gains>& gains,
+                             int thinned) {
+  return errors_of(pieces, kMiddle, kFar, thinned,
+                   [&](std::size_t e, const std::vector<int>& horizons, const auto& /*part*/) {
+                     return predictions_at(
+                         fit.model, fit.x0[e], pieces[e].samples, propagation,
+                         padded(gains[e], static_cast<int>(fit.model.states.size())), horizons);
+                   });
 }
 
 double thinned_density(double density, int thinned) { return density * std::sqrt(thinned); }

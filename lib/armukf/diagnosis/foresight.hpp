@@ -80,6 +80,12 @@ ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
                            const std::vector<Record>& pieces, const Propagation& propagation,
                            double density, int iterations, Extent extent = Extent::kFitted);
 
+/// Only begun, with gains that are there already: of the model without its last effect, where that
+/// is still next to nothing.
+ForesightFit begin_foresight(const Model& model, const StatesOfPieces& x0,
+                             const std::vector<Record>& pieces, const Propagation& propagation,
+                             const std::vector<Gains>& gains, int iterations);
+
 /// The filter's gains at that model, the beginning of each piece without weight: there it settles.
 std::vector<Gains> foresight_gains(const Model& model, const StatesOfPieces& x0,
                                    const std::vector<Record>& pieces,
@@ -125,6 +131,11 @@ ForesightErrors foresight_errors(const Model& model, const StatesOfPieces& x0,
                                  const std::vector<Record>& pieces, const Propagation& propagation,
                                  const std::vector<Model>& left_out = {}, Horizon least = kNear,
                                  Horizon most = kLast, int thinned = 1);
+
+/// The same from the middle horizon to kFar, by gains that are there already.
+ForesightErrors begun_errors(const ForesightFit& fit, const std::vector<Record>& pieces,
+                             const Propagation& propagation, const std::vector<Gains>& gains,
+                             int thinned);
 
 /// The density of the same filter where a sample stands for so many.
 double thinned_density(double density, int thinned);
