@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "armukf/batch/experiment.hpp"
 #include "armukf/batch/prediction.hpp"
@@ -80,6 +81,21 @@ TEST(FitForesight, TellsParametersAndHowFarTheyAre) {
     EXPECT_NEAR(model.parameters[motor].value / truth.parameters[motor].value, 1.0, 0.05);
   for (const HalfEstimates& half : fit.halves)
     EXPECT_NEAR(half.values[at] / truth.parameters[motor].value, 1.0, 0.05);
+}
+
+TEST(FitForesight, HasNoDeviationOfWhatTheRecordDoesNotShow) {
+  Model truth = published_estimate();
+  truth.add_effect("payload_change");
+  truth.parameter("payload").value = 0.1;
+  truth.parameter("payload_time").value = -1.0;  // before the record begins
+  const std::vector<Record> pieces{record_of(truth, 3000)};
+  const ForesightFit fit =
+      fit_foresight(truth, {}, pieces, {}, kForesightDensity, 5, Extent::kJudged);
+  const auto sd = [&](std::string_view name) {
+    return fit.sd[std::ranges::find(fit.fitted, truth.index_of(name)) - fit.fitted.begin()];
+  };
+  EXPECT_TRUE(std::isinf(sd("payload_time")));
+  EXPECT_TRUE(std::isfinite(sd("payload")));
 }
 
 TEST(ForesightErrors, AreThoseOfTheNoiseForTheTruth) {

@@ -98,7 +98,8 @@ void judge(const OutputError& error, const Variables& variables, const Minimum& 
   const Eigen::MatrixXd all =
       inverse * slopes * slopes.transpose() * inverse * kScatterParts / (kScatterParts - 1.0);
   fit.covariance = all.topLeftCorner(error.unknowns(), error.unknowns());
-  for (int i = 0; i < error.unknowns(); ++i) fit.sd[i] = std::sqrt(fit.covariance(i, i));
+  for (int i = 0; i < error.unknowns(); ++i)
+    if (fit.covariance(i, i) >= 0.0) fit.sd[i] = std::sqrt(fit.covariance(i, i));  // else untold
 
   for (int half = 0; half < 2; ++half)
     fit.halves[half] = half_estimates(error, minimum, at.J, slopes, half);
