@@ -278,6 +278,7 @@ ForesightFit begin_foresight(const Model& model, const StatesOfPieces& x0,
                              const std::vector<Record>& pieces, const Propagation& propagation,
                              const std::vector<Gains>& gains, int iterations) {
   std::vector<Gains> its;
+  its.reserve(gains.size());
   for (const Gains& g : gains) its.push_back(padded(g, static_cast<int>(model.states.size())));
   return fitted_with(std::move(its), model, extended(x0, model), pieces, propagation, iterations,
                      Extent::kBegun);
