@@ -223,6 +223,7 @@ Explained second_half(const ForesightFit& halfway, const TraceRecords& records) 
 
 constexpr double kMayGain = 0.1;  // of the level, the second half of a fit
 
+/// A fit after its first half, and how well it foretells.
 struct Halfway {
   ForesightFit fit;
   double level = kInfinite;  // from kNear on
@@ -304,11 +305,10 @@ void judge(const Explained& now, const TraceRecords& records, const Looks& looks
   refit.shows_at = shows_at(evidence, acceptance);
 }
 
-/// An effect fitted from there nearly to the end.
+/// An effect fitted from there nearly to the end. records: those of the end, thinned.
 ForesightFit near_the_end(const Model& from, const StatesOfPieces& x0, double density,
-                          const TraceRecords& records) {
-  return thinned_fit(from, x0, thinned(records.estimation), records.propagation, density, kLong / 3,
-                     Extent::kNear);
+                          const Thinned& records, const Propagation& propagation) {
+  return thinned_fit(from, x0, records, propagation, density, kLong / 3, Extent::kNear);
 }
 
 /// From there to the end.
@@ -346,11 +346,13 @@ void follow_best(const Explained& now, const TraceRecords& records, const Looks&
         refit.evidence.merit(best->shows_at) > kAsMuch * best->evidence.merit(best->shows_at))
       others.push_back(&refit);
   others.resize(std::min(others.size(), kTried));
+  const Thinned looked_at = thinned(records.estimation);
   std::vector<Refit> again(others.size());
   for_each_job(records.threads, static_cast<int>(others.size()), [&](int i) {
     const ForesightFit& fit = others[i]->explained.fit;
     again[i] = to_the_end(others[i]->trial,
-                          near_the_end(with_values(fit.model, arm), fit.x0, fit.density, records),
+                          near_the_end(with_values(fit.model, arm), fit.x0, fit.density, looked_at,
+                                       records.propagation),
                           records);
   });
   std::ranges::move(again, std::back_inserter(refits));
@@ -467,7 +469,10 @@ const Refit* best_found(const std::vector<Refit>& refits) {
 Refit refitted(const Trial& trial, const Model& from, const StatesOfPieces& x0,
                const Explained& now, const Looks& looks, const TraceRecords& records,
                const AcceptanceSettings& acceptance) {
-  Refit refit = to_the_end(trial, near_the_end(from, x0, now.fit.density, records), records);
+  Refit refit = to_the_end(
+      trial,
+      near_the_end(from, x0, now.fit.density, thinned(records.estimation), records.propagation),
+      records);
   judge(now, records, looks, acceptance, refit);
   return refit;
 }
@@ -490,7 +495,7 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
   }
   for_each_job(records.threads, static_cast<int>(promising.size()), [&](int i) {
     Begun& b = promising[i];
-    b.fit = near_the_end(b.fit.model, b.fit.x0, density, records);
+    b.fit = near_the_end(b.fit.model, b.fit.x0, density, looked_at, records.propagation);
     b.level = level_of(b.fit, looked_at, records.propagation);
   });
   keep_first(promising);
