@@ -5,6 +5,7 @@
 #include <functional>
 #include <iterator>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "armukf/batch/initial_states.hpp"
@@ -21,6 +22,7 @@ constexpr int kSecond = 4;           // more, from the best
 constexpr std::size_t kBegun = 16;   // effects that are gone on with at all
 constexpr std::size_t kRefits = 12;  // effects of a round that are fitted to the end and judged
 constexpr std::size_t kSurelyJudged = 4;  // of them, whatever they promise
+constexpr double kFarBehind = 0.25;       // of what the best lowers the level by: others wait
 constexpr double kLeastFall = 0.01;       // of the level where it is fitted: less is none elsewhere
 constexpr double kSameLevel = 0.02;       // of two minima
 constexpr double kBetterMinimum = 0.005;  // by that in level
@@ -84,6 +86,15 @@ void keep_first(std::vector<Begun>& begun) {
   std::ranges::stable_sort(begun, {}, &Begun::level);
   std::map<std::string, int> count;
   std::erase_if(begun, [&](const Begun& b) { return count[b.trial->effect]++ > 0; });
+}
+
+/// Of these, best first, how many are not far behind the best. without: the level without effect.
+std::size_t ahead(const std::vector<Begun>& begun, double without) {
+  std::size_t count = 0;
+  for (const Begun& b : begun)
+    if (count < kSurelyJudged || without - b.level > kFarBehind * (without - begun.front().level))
+      ++count;
+  return count;
 }
 
 /// The first half of each piece, or five seconds if that is more: enough to tell a good start from
@@ -311,15 +322,25 @@ ForesightFit near_the_end(const Model& from, const StatesOfPieces& x0, double de
   return thinned_fit(from, x0, records, propagation, density, kLong / 3, Extent::kNear);
 }
 
-/// From there to the end.
-Refit to_the_end(const Trial& trial, const ForesightFit& near, const TraceRecords& records) {
+/// From there to the end. worth: as of a fit.
+Refit to_the_end(const Trial& trial, const ForesightFit& near, const TraceRecords& records,
+                 const WorthLeavingOut& worth = {}) {
   Refit refit;
   refit.trial = trial;
   refit.explained =
       with_errors(fit_foresight(near.model, near.x0, records.estimation, records.propagation,
-                                near.density, kLong / 6, Extent::kJudged),
+                                near.density, kLong / 6, Extent::kJudged, worth),
                   records);
   return refit;
+}
+
+/// The same, but what may be chance is refused anyhow: no block is left out for it.
+Refit ended(const Trial& trial, const ForesightFit& near, const Explained& now, const Looks& looks,
+            const TraceRecords& records, const AcceptanceSettings& acceptance) {
+  return to_the_end(trial, near, records, [&](const ForesightFit& fit) {
+    const Distance from_none = distance_from_none(trial, now.fit.model, fit.model, fit.scatter);
+    return corrected(from_none.p_value(), trial.effect, looks) <= acceptance.most_p;
+  });
 }
 
 /// All refits, most merit first, of each effect the better one.
@@ -350,10 +371,10 @@ void follow_best(const Explained& now, const TraceRecords& records, const Looks&
   std::vector<Refit> again(others.size());
   for_each_job(records.threads, static_cast<int>(others.size()), [&](int i) {
     const ForesightFit& fit = others[i]->explained.fit;
-    again[i] = to_the_end(others[i]->trial,
-                          near_the_end(with_values(fit.model, arm), fit.x0, fit.density, looked_at,
-                                       records.propagation),
-                          records);
+    again[i] = ended(others[i]->trial,
+                     near_the_end(with_values(fit.model, arm), fit.x0, fit.density, looked_at,
+                                  records.propagation),
+                     now, looks, records, acceptance);
   });
   std::ranges::move(again, std::back_inserter(refits));
   judge_all(now, records, looks, acceptance, refits);
@@ -500,11 +521,22 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
   });
   keep_first(promising);
   Contest result;
-  result.refits.resize(promising.size());
-  for_each_job(records.threads, static_cast<int>(promising.size()), [&](int i) {
-    result.refits[i] = to_the_end(*promising[i].trial, promising[i].fit, records);
-  });
-  judge_all(now, records, looks, acceptance, result.refits);
+  const auto end_with = [&](std::span<const Begun> those) {
+    std::vector<Refit> refits(those.size());
+    for_each_job(records.threads, static_cast<int>(those.size()), [&](int i) {
+      refits[i] = ended(*those[i].trial, those[i].fit, now, looks, records, acceptance);
+    });
+    std::ranges::move(refits, std::back_inserter(result.refits));
+    judge_all(now, records, looks, acceptance, result.refits);
+  };
+  const std::size_t first = ahead(promising, without);
+  end_with(std::span(promising).first(first));
+  const std::span waiting = std::span(promising).subspan(first);
+  if (best_found(result.refits) == nullptr) {
+    end_with(waiting);
+  } else {
+    for (const Begun& b : waiting) judged[b.trial->effect] = false;
+  }
   constexpr int kMinima = 3;
   for (int i = 0; i < kMinima && improve(now, result.refits, records); ++i)
     judge_all(now, records, looks, acceptance, result.refits);

@@ -81,18 +81,9 @@ std::vector<double> damped(const OutputError& error, const Variables& variables,
 }
 
 /// Deviations of the unknowns, from what each part of the rows would change, taken for independent
-/// of the other parts; and the models without a block each: a damped Gauss-Newton step on the
-/// others.
-void judge(const OutputError& error, const Variables& variables, const Minimum& minimum,
-           ForesightFit& fit) {
-  constexpr double kRidge = 1e-3;  // of each variable's information: steers what no row tells
-  fit.sd.assign(error.unknowns(), kInfinite);
-  fit.covariance = kInfinite * Eigen::MatrixXd::Identity(error.unknowns(), error.unknowns());
-  fit.left_out.assign(kForesightBlocks, fit.model);
-  const OutputError::Evaluation at = error.evaluate(minimum.z.data());
-  if (!at.valid) return;
-  fit.scatter = scatter_of(at);
-  const Eigen::MatrixXd& information = fit.scatter.information;
+/// of the other parts.
+void tell_deviations(const OutputError& error, const Minimum& minimum,
+                     const OutputError::Evaluation& at, ForesightFit& fit) {
   const Eigen::MatrixXd slopes = fit.scatter.slopes();
   const Eigen::MatrixXd inverse = inverse_information(at.J);
   const Eigen::MatrixXd all =
@@ -103,7 +94,14 @@ void judge(const OutputError& error, const Variables& variables, const Minimum& 
 
   for (int half = 0; half < 2; ++half)
     fit.halves[half] = half_estimates(error, minimum, at.J, slopes, half);
+}
 
+/// The models without a block each: a damped Gauss-Newton step on the others.
+void leave_out(const OutputError& error, const Variables& variables, const Minimum& minimum,
+               const OutputError::Evaluation& at, ForesightFit& fit) {
+  constexpr double kRidge = 1e-3;  // of each variable's information: steers what no row tells
+  const Eigen::MatrixXd& information = fit.scatter.information;
+  const Eigen::MatrixXd slopes = fit.scatter.slopes();
   const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::VectorXd slope = slopes.rowwise().sum();
   constexpr int kPartsOfBlock = kScatterParts / kForesightBlocks;
@@ -124,6 +122,20 @@ void judge(const OutputError& error, const Variables& variables, const Minimum& 
     fit.left_out[block] =
         error.model_at(damped(error, variables, minimum, step, cost_of_others, at.r).data());
   }
+}
+
+void judge(const OutputError& error, const Variables& variables, const Minimum& minimum,
+           const WorthLeavingOut& worth, ForesightFit& fit) {
+  fit.sd.assign(error.unknowns(), kInfinite);
+  fit.covariance = kInfinite * Eigen::MatrixXd::Identity(error.unknowns(), error.unknowns());
+  const OutputError::Evaluation at = error.evaluate(minimum.z.data());
+  if (at.valid) {
+    fit.scatter = scatter_of(at);
+    tell_deviations(error, minimum, at, fit);
+    if (worth && !worth(fit)) return;
+  }
+  fit.left_out.assign(kForesightBlocks, fit.model);
+  if (at.valid) leave_out(error, variables, minimum, at, fit);
 }
 
 /// For a model that has gained states, which no measurement corrects.
@@ -194,7 +206,7 @@ ForesightErrors errors_of(const std::vector<Record>& pieces, Horizon least, Hori
 /// gains: none for the plain simulation.
 ForesightFit fitted_with(std::vector<Gains> gains, const Model& model, const StatesOfPieces& start,
                          const std::vector<Record>& pieces, const Propagation& propagation,
-                         int iterations, Extent extent) {
+                         int iterations, Extent extent, const WorthLeavingOut& worth = {}) {
   constexpr double kTolerance = 1e-5;    // of the cost: a tenth of a nat
   constexpr double kNearby = 1e-4;       // the same of a fit that another one goes on from
   constexpr double kFirstRadius = 10.0;  // resonances are far from linear
@@ -211,7 +223,7 @@ ForesightFit fitted_with(std::vector<Gains> gains, const Model& model, const Sta
   fit.cost = minimum.cost;
   fit.fitted = model.unknowns();
   fit.x0 = error.initial_states_at(minimum.z.data());
-  if (extent == Extent::kJudged) judge(error, variables, minimum, fit);
+  if (extent == Extent::kJudged) judge(error, variables, minimum, worth, fit);
   return fit;
 }
 
@@ -264,12 +276,13 @@ WeightedInnovations weighted_innovations(const Model& model, const StatesOfPiece
 
 ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
                            const std::vector<Record>& pieces, const Propagation& propagation,
-                           double density, int iterations, Extent extent) {
+                           double density, int iterations, Extent extent,
+                           const WorthLeavingOut& worth) {
   const StatesOfPieces start = x0.empty() ? at_rest(model, pieces) : extended(x0, model);
   ForesightFit fit =
       fitted_with(density > 0.0 ? foresight_gains(model, start, pieces, propagation, density)
                                 : std::vector<Gains>{},
-                  model, start, pieces, propagation, iterations, extent);
+                  model, start, pieces, propagation, iterations, extent, worth);
   fit.density = density;
   return fit;
 }

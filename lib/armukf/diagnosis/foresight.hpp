@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <functional>
 #include <vector>
 
 #include "armukf/batch/gains.hpp"
@@ -74,11 +75,15 @@ enum class Extent {
   kJudged   // as well with deviations and what is fitted without each block
 };
 
+/// Of a fit with its deviations: whether it is also to be fitted without each block.
+using WorthLeavingOut = std::function<bool(const ForesightFit&)>;
+
 /// From the model's values and those initial states on (extended where the model has more).
-/// density: one of the three above.
+/// density: one of the three above. worth: asked of a fit that is to be judged; without it all are.
 ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,
                            const std::vector<Record>& pieces, const Propagation& propagation,
-                           double density, int iterations, Extent extent = Extent::kFitted);
+                           double density, int iterations, Extent extent = Extent::kFitted,
+                           const WorthLeavingOut& worth = {});
 
 /// Only begun, with gains that are there already: of the model without its last effect, where that
 /// is still next to nothing.
