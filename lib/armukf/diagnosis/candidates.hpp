@@ -15,7 +15,8 @@ namespace armukf {
 /// A fitted model with how well it foretells what it was not fitted to.
 struct Explained {
   ForesightFit fit;
-  ForesightErrors estimation;  // each block by the model that was fitted without it
+  /// Each block by the model that was fitted without it; by the fit itself where there is none.
+  ForesightErrors estimation;
   ForesightErrors validation;  // 0 without a validation record
 };
 

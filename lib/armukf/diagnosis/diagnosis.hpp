@@ -26,7 +26,9 @@ struct Measures {
 struct Candidate {
   std::string effect;
   int round = 0;
-  double help_percent = 0.0;         // by which the error of predictions falls where it falls most
+  /// By which the error of predictions falls where it falls most. Of one whose size may be chance
+  /// the fit itself foretells, here and in the errors below: no blocks have been left out for it.
+  double help_percent = 0.0;
   double statistic = 0.0;            // T^2, of its sizes' distance from none
   double p_value = 1.0;              // of that, corrected for all that was looked at
   double refitted_estimation = 0.0;  // (rad/s)^2, 200 samples ahead, if it was judged; else 0

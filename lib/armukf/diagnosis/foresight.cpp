@@ -124,6 +124,7 @@ void leave_out(const OutputError& error, const Variables& variables, const Minim
   }
 }
 
+/// Both, the second if that is worth it.
 void judge(const OutputError& error, const Variables& variables, const Minimum& minimum,
            const WorthLeavingOut& worth, ForesightFit& fit) {
   fit.sd.assign(error.unknowns(), kInfinite);

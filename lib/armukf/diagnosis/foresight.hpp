@@ -59,10 +59,11 @@ struct ForesightFit {
   StatesOfPieces x0;     // at each piece's first sample
   double density = 0.0;  // that the gains were made for
   double cost = 0.0;     // half the sum of squared errors, one sample ahead each over its deviation
-  std::vector<int> fitted;      // positions of what was unknown in this fit
-  std::vector<double> sd;       // of these, by how they scatter between sixteenths
-  Eigen::MatrixXd covariance;   // to go with it
-  std::vector<Model> left_out;  // fitted without a block each, by one damped step from the minimum
+  std::vector<int> fitted;     // positions of what was unknown in this fit
+  std::vector<double> sd;      // of these, by how they scatter between sixteenths
+  Eigen::MatrixXd covariance;  // to go with it
+  /// Fitted without a block each, by one damped step from the minimum; none if not worth it.
+  std::vector<Model> left_out;
   Scatter scatter;
   std::array<HalfEstimates, 2> halves;  // of `fitted`
 };
@@ -72,7 +73,7 @@ enum class Extent {
   kBegun,   // no further than its iterations
   kNear,    // another one goes on from where it ends
   kFitted,  // to the end
-  kJudged   // as well with deviations and what is fitted without each block
+  kJudged   // as well with deviations, and where worth it what is fitted without each block
 };
 
 /// Of a fit with its deviations: whether it is also to be fitted without each block.
