@@ -10,6 +10,7 @@
 #include "armukf/batch/prediction.hpp"
 #include "armukf/batch/searches.hpp"
 #include "armukf/batch/sensitivity.hpp"
+#include "armukf/core/parallel.hpp"
 
 namespace armukf {
 namespace {
@@ -236,8 +237,9 @@ TEST(LikeliestPredictions, AreTheSameByAnyNumberOfThreads) {
   const InitialChoice initial = prediction_choice(published_arm());
   const Propagation propagation;
   const auto search = [&](int threads) {
-    return searched_for_predictions_near(
-        published_arm(), {}, {records, initial, propagation, {.iterations = 3}, threads});
+    const Crew crew(threads);
+    return searched_for_predictions_near(published_arm(), {},
+                                         {records, initial, propagation, {.iterations = 3}});
   };
   const FoundMinimum one = search(1);
   const FoundMinimum more = search(3);

@@ -5,6 +5,8 @@
 #include <atomic>
 #include <cmath>
 
+#include "armukf/core/parallel.hpp"
+
 namespace armukf {
 namespace {
 
@@ -51,8 +53,8 @@ TEST(NoiseSearch, KeepsWhatNothingIsBetterThan) {
 TEST(NoiseSearch, EndsWhereAStepBringsNothing) {
   std::atomic<int> calls = 0;
   const FilterNoise least{0.2, 0.4, 0.9, true};
-  NoiseSearch search(
-      least, [&](const FilterNoise& n) { return ++calls, valley(n, least); }, 2);
+  const Crew crew(2);
+  NoiseSearch search(least, [&](const FilterNoise& n) { return ++calls, valley(n, least); });
   search.polish(100);
   EXPECT_LT(calls, 20);
 }

@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
+#include <functional>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace armukf {
@@ -19,12 +22,58 @@ TEST(Parallel, EveryJobIsDoneOnce) {
   for_each_job(2, 0, [](int) { FAIL(); });
 }
 
-TEST(Parallel, FewJobsShareTheThreads) {
-  EXPECT_EQ(threads_of_each(8, 3), 2);
-  EXPECT_EQ(threads_of_each(2, 5), 1);
-  EXPECT_EQ(threads_of_each(4, 0), 4);
-  EXPECT_EQ(threads_of_each(1, 1), 1);
-  EXPECT_GE(threads_of_each(0, 1), 1);
+/// Of jobs that each wait until so many are at work at once, or a while.
+int most_at_once(int jobs, const std::function<void(const std::function<void(int)>&)>& run) {
+  std::atomic<int> at_work = 0;
+  std::atomic<int> most = 0;
+  run([&](int) {
+    const int now = ++at_work;
+    int seen = most;
+    while (seen < now && !most.compare_exchange_weak(seen, now)) {
+    }
+    for (int ms = 0; most < jobs && ms < 50; ++ms)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    --at_work;
+  });
+  return most;
+}
+
+TEST(Parallel, WithoutACrewAThreadWorksAlone) {
+  EXPECT_EQ(idle_threads(), 0);
+  EXPECT_EQ(most_at_once(2, [](const auto& job) { for_each_job(4, job); }), 1);
+}
+
+TEST(Parallel, ACrewIsAsManyAsWereAskedFor) {
+  const Crew crew(3);
+  EXPECT_EQ(idle_threads(), 2);
+  EXPECT_EQ(most_at_once(3, [](const auto& job) { for_each_job(6, job); }), 3);
+  EXPECT_EQ(idle_threads(), 2);
+  const Crew within(8);
+  EXPECT_EQ(idle_threads(), 2);
+}
+
+TEST(Parallel, WhoFindsNoJobLeftHelpsWithThoseOfAnother) {
+  const Crew crew(2);
+  std::atomic<bool> other_done = false;
+  EXPECT_EQ(most_at_once(2,
+                         [&](const auto& job) {
+                           for_each_job(2, [&](int i) {
+                             if (i == 1) {
+                               other_done = true;
+                               return;
+                             }
+                             while (!other_done || idle_threads() == 0) std::this_thread::yield();
+                             for_each_job(2, job);
+                           });
+                         }),
+            2);
+  EXPECT_EQ(idle_threads(), 1);
+}
+
+TEST(Parallel, AFailureLeavesTheCrewWhole) {
+  const Crew crew(2);
+  EXPECT_THROW(for_each_job(4, [](int) { throw std::runtime_error("all"); }), std::runtime_error);
+  EXPECT_EQ(idle_threads(), 1);
 }
 
 TEST(Parallel, TheFirstFailureByIndexIsThrownAndTheOtherJobsAreDone) {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "armukf/core/parallel.hpp"
 #include "armukf/diagnosis/foresight.hpp"
 #include "diagnosis/noisy_record.hpp"
 
@@ -48,7 +49,8 @@ TEST_F(AheadScoreOfAnOffset, OfATrialIsTheSameWhateverIsScoredWithIt) {
   std::vector<Trial> trials = trials_for(base_, suggested);
   for (Trial& law : last_trials_for(base_, suggested, pieces_, {}))
     trials.push_back(std::move(law));
-  const std::vector<Suggestion> together = score()(trials, 2);
+  const Crew crew(2);
+  const std::vector<Suggestion> together = score()(trials);
   ASSERT_EQ(together.size(), trials.size());
   int told = 0;  // others would have to be less than nothing
   for (std::size_t i = 0; i < trials.size(); ++i) {

@@ -29,7 +29,7 @@ Record slow_record(const Model& model) {
 TEST(BaseFit, NeedsNoFrequencyResponse) {
   const Record record = slow_record(published_estimate());
   EXPECT_THROW(from_frequency_response(published_arm(), record, {}), InputError);
-  const BaseFit fit = base_fit(published_arm(), {record}, {}, 1);
+  const BaseFit fit = base_fit(published_arm(), {record}, {});
   EXPECT_EQ(fit.mse.size(), 2U);
   EXPECT_LT(fit.best.mse, 1e-6);
 }

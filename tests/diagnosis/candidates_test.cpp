@@ -20,7 +20,7 @@ TraceRecords swinging_records(unsigned seed) {
   plant.parameter("mode_motor_damping").value = 0.03;
   return trace_records(
       {simulate_experiment(plant, {.seed = seed, .samples = 4000, .sensor_noise = 0.1}).record}, {},
-      {}, 0.05, 1);
+      {}, 0.05);
 }
 
 double level(const Explained& e) { return e.estimation.level(); }
@@ -40,7 +40,11 @@ TEST(Bases, AreMinimaThatSearchesFromTheSameStartsMiss) {
       missed = std::min(missed, level(explained(start, {}, records, kForesightDensity)));
     EXPECT_LE(level(bases.best), missed + 1e-9) << seed;
     better += level(bases.best) < missed - 1.0;
-    EXPECT_EQ(bases.all.size(), bases.minima.size() + 2) << seed;
+    EXPECT_GE(bases.all.size(), bases.minima.size() + 2) << seed;
+    for (const ForesightFit& minimum : bases.minima)
+      EXPECT_LT(foresight_errors(minimum.model, minimum.x0, records.estimation, {}).level(),
+                level(bases.best) + 1.2)
+          << seed;
   }
   EXPECT_GE(better, 2);
 }
@@ -51,9 +55,8 @@ TEST(ExplainedAsWell, IsNothingWithoutWhatExplainsMuch) {
   const Model plain = published_estimate();
   for (const double bias : {0.0, 0.5}) {
     biased.parameter("torque_bias").value = bias;
-    const TraceRecords records =
-        trace_records({simulate_experiment(biased, {.samples = 4000, .sensor_noise = 0.1}).record},
-                      {}, {}, 0.05, 1);
+    const TraceRecords records = trace_records(
+        {simulate_experiment(biased, {.samples = 4000, .sensor_noise = 0.1}).record}, {}, {}, 0.05);
     const Explained with = explained(biased, {}, records, kForesightDensity);
     ForesightFit without;
     without.model = plain;

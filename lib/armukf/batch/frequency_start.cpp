@@ -192,7 +192,7 @@ std::vector<Model> starts_of(const Model& candidate, const Record& record) {
 /// Where the lowest of each candidate's searches ended; infinite where none of them could be
 /// simulated.
 std::vector<Candidate> verified(const std::vector<Candidate>& candidates, const Record& record,
-                                const Propagation& propagation, int threads) {
+                                const Propagation& propagation) {
   std::vector<Model> starts;
   std::vector<std::size_t> candidate_of;
   for (std::size_t i = 0; i < candidates.size(); ++i)
@@ -201,7 +201,7 @@ std::vector<Candidate> verified(const std::vector<Candidate>& candidates, const 
       candidate_of.push_back(i);
     }
   std::vector<Candidate> found(starts.size());
-  for_each_job(threads, static_cast<int>(starts.size()),
+  for_each_job(static_cast<int>(starts.size()),
                [&](int i) { found[i] = searched(starts[i], record, propagation); });
   std::vector<Candidate> best;
   best.reserve(candidates.size());
@@ -219,8 +219,7 @@ Record longest_piece(const Record& record) {
 
 }  // namespace
 
-Model from_frequency_response(Model model, const Record& record, const Propagation& propagation,
-                              int threads) {
+Model from_frequency_response(Model model, const Record& record, const Propagation& propagation) {
   const Record piece = longest_piece(record);
   const std::vector<Line> lines = excited_lines(model, piece.samples);
   if (lines.size() < kFewestLines)
@@ -228,7 +227,7 @@ Model from_frequency_response(Model model, const Record& record, const Propagati
                      fmt::format("excites {} frequencies; {} are needed for a frequency response",
                                  lines.size(), kFewestLines));
   const std::vector<Candidate> searches =
-      verified(distinct_minima(grid(model, lines), lines), piece, propagation, threads);
+      verified(distinct_minima(grid(model, lines), lines), piece, propagation);
   const double least = std::ranges::min_element(searches, {}, &Candidate::misfit)->misfit;
   if (!std::isfinite(least))
     throw InputError(record.name, 0, "y",

@@ -13,10 +13,8 @@ namespace armukf {
 /// gives candidates, the best are refined on the record's frequency lines, and what is left has to
 /// prove itself by short output-error searches.
 ///
-/// It is the second preliminary step of the published study. threads: that search; 0: one per
-/// processor. Throws InputError where the record is too short, its torque excites too few
-/// frequencies, or no candidate can be simulated.
-Model from_frequency_response(Model model, const Record& record, const Propagation& propagation,
-                              int threads = 1);
+/// It is the second preliminary step of the published study. Throws InputError where the record is
+/// too short, its torque excites too few frequencies, or no candidate can be simulated.
+Model from_frequency_response(Model model, const Record& record, const Propagation& propagation);
 
 }  // namespace armukf

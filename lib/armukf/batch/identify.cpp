@@ -67,7 +67,7 @@ std::vector<FoundMinimum> search_all(const Model& model, const SearchTask& task,
                                 : settings.first_states;
   const auto search = settings.criterion == Criterion::kPrediction ? searched_for_predictions
                                                                    : searched_for_simulation;
-  for_each_job(settings.threads, static_cast<int>(starts.size()),
+  for_each_job(static_cast<int>(starts.size()),
                [&](int k) { found[k] = search(starts[k], x0, task); });
   std::ranges::stable_sort(found, {}, &FoundMinimum::loss);
   return found;
@@ -235,6 +235,7 @@ Identification identify(const Model& model, const std::vector<Record>& records,
 
 Identification identify_pieces(const Model& model, const std::vector<Record>& records,
                                const IdentifySettings& settings) {
+  const Crew crew(settings.threads);
   const OutputError unfitted(model, records, settings.initial, settings.propagation);
   check_length(unfitted, records);
   SearchTask task{records, settings.initial, settings.propagation, limits_for(unfitted)};
@@ -275,7 +276,7 @@ Identification identify_pieces(const Model& model, const std::vector<Record>& re
   if (settings.jackknife && std::isfinite(best.cost))
     block_sd = jackknife_deviations({result.model, records, error.initial_states_at(best.z.data()),
                                      found.gains, settings.initial, settings.propagation,
-                                     result.huber_scale, settings.threads, settings.stop});
+                                     result.huber_scale, settings.stop});
   report_parameters(spread, block_sd, result);
   report_experiments(records, settings, initial, result);
   report_criteria(error.measured(), error.variables(), result);

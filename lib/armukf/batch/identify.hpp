@@ -29,7 +29,7 @@ struct IdentifySettings {
   Criterion criterion = Criterion::kSimulation;
   int starts = 1;          // searches; the first from the model's values, the rest drawn about them
   std::uint64_t seed = 1;  // of the drawn starts
-  int threads = 0;         // searches at once; 0: one per processor
+  int threads = 0;         // that share the work; 0: one per processor
   bool robust = false;     // Huber's loss in place of squares
   bool jackknife = true;   // deviations that hold for incomplete models, too; takes about as long
                            // as the fit

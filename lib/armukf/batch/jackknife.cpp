@@ -106,7 +106,7 @@ std::vector<double> jackknife_deviations(const EndedFit& fit) {
     states.push_back(
         simulate_states(fit.model, fit.x0[e], fit.records[e].samples, fit.propagation));
   std::vector<std::vector<double>> found(kJackknifeBlocks);
-  for_each_job(fit.threads, kJackknifeBlocks, [&](int block) {
+  for_each_job(kJackknifeBlocks, [&](int block) {
     const Part part = part_of(rows, block);
     found[block] =
         fit.gains.empty() ? simulated_without(fit, part, states) : predicted_without(fit, part);

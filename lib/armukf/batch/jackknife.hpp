@@ -18,8 +18,7 @@ struct EndedFit {
   const std::vector<Gains>& gains;  // one per record, or none
   const InitialChoice& initial;
   const Propagation& propagation;
-  double huber_scale;  // rad/s; infinite for squares
-  int threads;
+  double huber_scale;      // rad/s; infinite for squares
   std::stop_token stop{};  // asked for: Stopped is thrown
 };
 

@@ -59,16 +59,12 @@ Place step_within(const Eigen::Matrix3d& bend, const Place& slope, const Place& 
 }  // namespace
 
 NoiseSearch::NoiseSearch(const FilterNoise& start, std::function<double(const FilterNoise&)> loss,
-                         int threads, TorqueNoise torque)
-    : loss_(std::move(loss)),
-      threads_(threads),
-      torque_(torque),
-      best_(start),
-      best_loss_(loss_(start)) {}
+                         TorqueNoise torque)
+    : loss_(std::move(loss)), torque_(torque), best_(start), best_loss_(loss_(start)) {}
 
 void NoiseSearch::anywhere(const std::vector<FilterNoise>& noises) {
   std::vector<FilterNoise> found(noises.size());
-  for_each_job(threads_, static_cast<int>(noises.size()),
+  for_each_job(static_cast<int>(noises.size()),
                [&](int i) { found[i] = best_density(noises[i], lowest()[0], highest()[0]); });
   keep(found);
 }
@@ -90,8 +86,7 @@ void NoiseSearch::polish(int most_steps) {
 
 std::vector<double> NoiseSearch::keep(const std::vector<FilterNoise>& noises) {
   std::vector<double> losses(noises.size());
-  for_each_job(threads_, static_cast<int>(noises.size()),
-               [&](int i) { losses[i] = loss_(noises[i]); });
+  for_each_job(static_cast<int>(noises.size()), [&](int i) { losses[i] = loss_(noises[i]); });
   const auto least = std::ranges::min_element(losses);
   if (*least < best_loss_) {
     best_loss_ = *least;

@@ -11,9 +11,9 @@ namespace armukf {
 /// at once, the logarithm of the density, the sensor's pole and -ln(1 - pole) of the torque.
 class NoiseSearch {
  public:
-  /// loss: is called on that many threads at once (0: one per processor).
+  /// loss: is called by all threads of the crew.
   NoiseSearch(const FilterNoise& start, std::function<double(const FilterNoise&)> loss,
-              int threads = 1, TorqueNoise torque = TorqueNoise::kColoured);
+              TorqueNoise torque = TorqueNoise::kColoured);
 
   const FilterNoise& best() const { return best_; }
   double loss() const { return best_loss_; }  // of the best
@@ -38,7 +38,6 @@ class NoiseSearch {
   void take_step();
 
   std::function<double(const FilterNoise&)> loss_;
-  int threads_;
   TorqueNoise torque_;
   FilterNoise best_;
   double best_loss_;

@@ -27,13 +27,12 @@ double fastest(const std::vector<Sample>& samples) {
 
 OutputError::OutputError(const Model& model, const std::vector<Record>& records,
                          const InitialChoice& initial, const Propagation& propagation,
-                         std::vector<Gains> gains, int threads)
+                         std::vector<Gains> gains)
     : model_(model),
       records_(records),
       initial_(initial),
       propagation_(propagation),
       gains_(std::move(gains)),
-      threads_(threads),
       unknowns_(model.unknowns()) {
   gains_.resize(records.size());
   for (std::size_t e = 0; e < records.size(); ++e) {
@@ -96,7 +95,7 @@ OutputError::Evaluation OutputError::evaluate(const double* v, bool derivatives)
   if (derivatives && records_.size() > 1) all.J = JacobianMatrix::Zero(rows_, variables());
   const std::vector<Stretch> rows = stretches();
   std::atomic<bool> valid = all.valid;
-  for_each_job(threads_, static_cast<int>(records_.size()), [&](int e) {
+  for_each_job(static_cast<int>(records_.size()), [&](int e) {
     if (valid && !evaluate(model, v, e, rows[e].first, derivatives, all)) valid = false;
   });
   all.valid = valid && std::isfinite(all.J.squaredNorm());  // derivatives may run away first

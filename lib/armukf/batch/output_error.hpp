@@ -19,10 +19,9 @@ namespace armukf {
 /// deviation of its innovation.
 class OutputError {
  public:
-  /// gains: one per record, or none. threads: that evaluate the records; 0: one per processor. All
-  /// other arguments must outlive this.
+  /// gains: one per record, or none. All other arguments must outlive this.
   OutputError(const Model& model, const std::vector<Record>& records, const InitialChoice& initial,
-              const Propagation& propagation, std::vector<Gains> gains = {}, int threads = 1);
+              const Propagation& propagation, std::vector<Gains> gains = {});
 
   int rows() const { return rows_; }
   int measured() const { return measured_; }  // rows with a measurement that counts
@@ -65,7 +64,6 @@ class OutputError {
   const InitialChoice& initial_;
   const Propagation& propagation_;
   std::vector<Gains> gains_;
-  int threads_;
   std::vector<int> unknowns_;
   int rows_ = 0;
   int measured_ = 0;

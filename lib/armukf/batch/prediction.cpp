@@ -461,8 +461,7 @@ Gains filter_gains(const Model& model, const std::vector<double>& x0,
 
 FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
                             const std::vector<Record>& pieces, const Propagation& propagation,
-                            const std::optional<FilterNoise>& near, int threads,
-                            TorqueNoise torque) {
+                            const std::optional<FilterNoise>& near, TorqueNoise torque) {
   constexpr std::size_t kEnough = 8000;  // samples of a piece
   constexpr std::size_t kForALook = 3000;
   constexpr double kUsualTorquePole = 0.8;
@@ -489,7 +488,7 @@ FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
     };
   };
   if (near) {
-    NoiseSearch search(*near, loss_over(kEnough), threads, torque);
+    NoiseSearch search(*near, loss_over(kEnough), torque);
     FilterNoise elsewhere = *near;
     elsewhere.motor_alone = !near->motor_alone;
     search.near(elsewhere);
@@ -497,17 +496,16 @@ FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
     return search.best();
   }
   std::array<std::optional<NoiseSearch>, 2> found;
-  const int each = threads_of_each(threads, static_cast<int>(found.size()));
-  for_each_job(threads, static_cast<int>(found.size()), [&](int i) {
+  for_each_job(static_cast<int>(found.size()), [&](int i) {
     const bool motor_alone = i == 0;
     std::vector<FilterNoise> places;
     for (const double sensor_pole : {0.0, 0.3, 0.6, 0.9})
       for (const double torque_pole : {0.0, kUsualTorquePole})
         if (torque_pole == 0.0 || (motor_alone && torque == TorqueNoise::kColoured))
           places.push_back({1.0, sensor_pole, torque_pole, motor_alone});
-    NoiseSearch look(places.front(), loss_over(kForALook), each, torque);
+    NoiseSearch look(places.front(), loss_over(kForALook), torque);
     look.anywhere(places);
-    found[i].emplace(look.best(), loss_over(kEnough), each, torque);
+    found[i].emplace(look.best(), loss_over(kEnough), torque);
     found[i]->polish(kSteps);
   });
   return (found[1]->loss() < found[0]->loss() ? found[1] : found[0])->best();

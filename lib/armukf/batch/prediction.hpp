@@ -57,12 +57,12 @@ std::vector<std::vector<double>> predictions_at(const Model& model, const std::v
 std::size_t first_faded(const std::vector<Sample>& samples);
 
 /// The noise with which the innovations of the first samples of each piece are likeliest, the
-/// sensor's deviation the same for all; within bounds, and not far from one that is given. threads:
-/// that try noises; 0: one per processor. torque: whether its noise may have a colour; far from the
-/// truth it had better not, since what the model lacks looks like a slow torque.
+/// sensor's deviation the same for all; within bounds, and not far from one that is given. torque:
+/// whether its noise may have a colour; far from the truth it had better not, since what the model
+/// lacks looks like a slow torque.
 FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
                             const std::vector<Record>& pieces, const Propagation& propagation,
-                            const std::optional<FilterNoise>& near = {}, int threads = 1,
+                            const std::optional<FilterNoise>& near = {},
                             TorqueNoise torque = TorqueNoise::kColoured);
 
 Prediction predict_ahead(const Model& model, const std::vector<double>& x0,

@@ -15,7 +15,7 @@ namespace {
 FoundMinimum searched(const Model& model, const StatesOfPieces& x0, std::vector<Gains> gains,
                       const SearchTask& task) {
   stop_if_asked(task.limits.stop);
-  const OutputError error(model, task.records, task.initial, task.propagation, gains, task.threads);
+  const OutputError error(model, task.records, task.initial, task.propagation, gains);
   FoundMinimum found;
   found.minimum = search(error, error.variables_of_model(x0), kInfinite, task.limits);
   stop_if_asked(task.limits.stop);
@@ -130,7 +130,7 @@ FoundMinimum searched_for_predictions_near(const Model& model, const StatesOfPie
     for (int round = 0; round < kRounds; ++round) {
       const double before = path.best.loss;
       noise = likeliest_noise(path.last.model, beginning_of(path.last.model, path.last.x0, task),
-                              task.records, task.propagation, noise, task.threads, torque);
+                              task.records, task.propagation, noise, torque);
       path.add(searched_with(*noise, path.last.model, path.last.x0, task));
       if (ends && ends(path.best)) return false;
       if (!(path.best.loss < before - kNoLikelier)) break;

@@ -23,7 +23,6 @@ struct SearchTask {
   const InitialChoice& initial;
   const Propagation& propagation;
   SearchLimits limits;
-  int threads = 1;  // that simulate, each a record or with a noise of its own; 0: one per processor
 };
 
 /// Where a search ended.

@@ -6,41 +6,52 @@
 
 #include "armukf/batch/visit_states.hpp"
 #include "armukf/core/constants.hpp"
+#include "armukf/core/parallel.hpp"
 
 namespace armukf {
 namespace {
 
 /// The most directions that a number may carry. The value is found anew for each turn, which with a
 /// few effects costs as much as a dozen directions; but more than a few registers are no gain.
-constexpr int kMostAtOnce = std::min(24, 6 * kPackWidth);
+constexpr int kMostAtOnce = std::min(32, 4 * kSinglesWidth);
+
+/// Derivatives of single precision: the values are not, and a fit needs no more of its directions.
+template <int N>
+using Differentiated = Dual<N, Singles<N>>;
 
 /// How many it may carry; the least that is enough is taken.
-using Sizes = std::integer_sequence<int, padded(4, kPackWidth), padded(8, kPackWidth),
-                                    padded(12, kPackWidth), kMostAtOnce>;
+using Sizes = std::integer_sequence<int, padded(8, kSinglesWidth), padded(16, kSinglesWidth),
+                                    padded(24, kSinglesWidth), kMostAtOnce>;
 
 template <class Work, int N, int... Larger>
 void with_directions(int count, std::integer_sequence<int, N, Larger...> /*sizes*/, Work work) {
   if constexpr (sizeof...(Larger) == 0) {
-    work(Dual<N>());
+    work(Differentiated<N>());
   } else {
-    if (count <= N) return work(Dual<N>());
+    if (count <= N) return work(Differentiated<N>());
     with_directions(count, std::integer_sequence<int, Larger...>(), work);
   }
 }
 
 /// Calls work(number, first, count) for all of the directions, as many at once as there may be; at
-/// least once.
+/// least once. Idle threads take a share of them, which does not change what is found.
 template <class Work>
 void in_turns(int directions, Work work) {
-  int first = 0;
-  do {
-    const int count = std::min(kMostAtOnce, directions - first);
-    with_directions(count, Sizes(), [&](auto number) { work(number, first, count); });
-    first += count;
-  } while (first < directions);
+  constexpr int kShare = kSinglesWidth;  // directions that are worth a thread
+  const int threads = 1 + std::min(idle_threads(), (directions - 1) / kShare);
+  const int share = padded((directions + threads - 1) / threads, kShare);
+  for_each_job(std::max(1, (directions + share - 1) / share), [&](int i) {
+    const int end = std::min((i + 1) * share, directions);
+    int first = i * share;
+    do {
+      const int count = std::min(kMostAtOnce, end - first);
+      with_directions(count, Sizes(), [&](auto number) { work(number, first, count); });
+      first += count;
+    } while (first < end);
+  });
 }
 
-/// Fills y and `count` of the gradient's columns, from `first` on.
+/// Fills `count` of the gradient's columns, from `first` on; with the first of them what has none.
 template <class Number>
 void differentiate(const Model& model, const std::vector<double>& x0,
                    const std::vector<Sample>& samples, const Propagation& propagation,
@@ -56,19 +67,22 @@ void differentiate(const Model& model, const std::vector<double>& x0,
                                           : x[directions.initial_states[direction - parameters]];
     if constexpr (!Plain<Number>) seed.gradient[j] = 1.0;
   }
+  // Of its own: threads that write into the same rows would wait for each other.
+  JacobianMatrix columns = JacobianMatrix::Constant(samples.size(), count, kNaN);
   const std::size_t visited = visit_states(
       model, p, x, samples, propagation, recorded_input<Number>(samples),
       [&](std::size_t k, const auto& states, const Number& y) {
-        result.y[k] = value_of(y);
         if constexpr (!Plain<Number>)
-          std::copy_n(y.gradient.begin(), count, &result.gradient(static_cast<int>(k), first));
+          std::copy_n(y.gradient.begin(), count, &columns(static_cast<Eigen::Index>(k), 0));
+        if (first > 0) return;
+        result.y[k] = value_of(y);
         for (int i = 0; i < kArmStates; ++i)
           if (model.states[i].motive == Motive::kTwist)
             result.largest_twist = std::max(result.largest_twist, std::abs(value_of(states[i])));
       },
       Angles::kMeasured, gains);
-  std::fill(result.y.begin() + visited, result.y.end(), kNaN);
-  result.gradient.bottomRows(samples.size() - visited).middleCols(first, count).setConstant(kNaN);
+  if (first == 0) std::fill(result.y.begin() + visited, result.y.end(), kNaN);
+  result.gradient.middleCols(first, count) = columns;
 }
 
 }  // namespace
@@ -100,7 +114,7 @@ JacobianMatrix torque_sensitivities(const Model& model, const std::vector<double
     const auto input = [&](std::size_t k) {
       Number u(samples[k].u);
       for (int j = 0; j < count; ++j)
-        u.gradient[j] = torques(static_cast<Eigen::Index>(k), first + j);
+        u.gradient[j] = static_cast<float>(torques(static_cast<Eigen::Index>(k), first + j));
       return u;
     };
     visit_states(

@@ -18,8 +18,9 @@ struct Directions {
   int size() const { return static_cast<int>(parameters.size() + initial_states.size()); }
 };
 
-/// A simulation, corrected by gains or not, and its exact derivatives: dy_k / d direction_j in row
-/// k, column j; the parameters first, each per its own unit.
+/// A simulation, corrected by gains or not, and its derivatives: dy_k / d direction_j in row k,
+/// column j; the parameters first, each per its own unit. They are exact but for rounding, in
+/// single precision, to 5e-6 of a column's norm; y is of double precision.
 struct Sensitivities {
   std::vector<double> y;
   JacobianMatrix gradient;

@@ -22,8 +22,8 @@ inline constexpr int kFewStates = 8;
 inline constexpr int kSomeStates = 12;
 
 inline double value_of(double x) { return x; }
-template <int N>
-double value_of(const Dual<N>& x) {
+template <int N, class Gradient>
+double value_of(const Dual<N, Gradient>& x) {
   return x.value;
 }
 

@@ -5,20 +5,22 @@
 
 #include "armukf/core/elementary.hpp"
 #include "armukf/core/lanes.hpp"
+#include "armukf/core/singles.hpp"
 
 namespace armukf {
 
 /// A number with its derivatives in N directions (forward-mode differentiation, exact):
 /// value + sum_i gradient[i] eps_i, eps_i eps_j = 0. As of Lanes, the width of a register is part
-/// of the type.
-template <int N, int Width = kPackWidth>
+/// of the type. The derivatives may be of single precision (Singles), which is enough to say where
+/// a least-squares fit goes and how far its values may be off.
+template <int N, class Gradient = Lanes<N>>
 struct Dual {
   double value;
-  Lanes<N, Width> gradient;
+  Gradient gradient;
 
   Dual() = default;                         // not initialised; Dual() and Dual{} are zero
   Dual(double v) : value(v), gradient{} {}  // NOLINT(google-explicit-constructor)
-  Dual(double v, const Lanes<N, Width>& g) : value(v), gradient(g) {}
+  Dual(double v, const Gradient& g) : value(v), gradient(g) {}
 
   // Part by part: copied as a whole, the value and what pads it would be read as one register,
   // which waits until the value alone, just written, has reached the cache.
@@ -85,24 +87,25 @@ struct Dual {
 inline constexpr int kDirectionsAtOnce = padded(std::min(12, 4 * kPackWidth), kPackWidth);
 
 /// f(x) by the chain rule, given f and f' at x.
-template <int N>
-[[gnu::always_inline]] inline Dual<N> chain(const Dual<N>& x, double f, double slope) {
+template <int N, class Gradient>
+[[gnu::always_inline]] inline Dual<N, Gradient> chain(const Dual<N, Gradient>& x, double f,
+                                                      double slope) {
   return {f, slope * x.gradient};
 }
 
-template <int N>
-[[gnu::always_inline]] inline Dual<N> exp(const Dual<N>& x) {
+template <int N, class Gradient>
+[[gnu::always_inline]] inline Dual<N, Gradient> exp(const Dual<N, Gradient>& x) {
   const double e = std::exp(x.value);
   return chain(x, e, e);
 }
 
-template <int N>
-[[gnu::always_inline]] inline Dual<N> log(const Dual<N>& x) {
+template <int N, class Gradient>
+[[gnu::always_inline]] inline Dual<N, Gradient> log(const Dual<N, Gradient>& x) {
   return chain(x, std::log(x.value), 1.0 / x.value);
 }
 
-template <int N>
-[[gnu::always_inline]] inline Dual<N> sqrt(const Dual<N>& x) {
+template <int N, class Gradient>
+[[gnu::always_inline]] inline Dual<N, Gradient> sqrt(const Dual<N, Gradient>& x) {
   const double root = std::sqrt(x.value);
   return chain(x, root, 0.5 / root);
 }
@@ -121,26 +124,27 @@ struct SineCosine {
   }
 };
 
-template <int N>
-[[gnu::always_inline]] inline Dual<N> sin(const Dual<N>& x) {
+template <int N, class Gradient>
+[[gnu::always_inline]] inline Dual<N, Gradient> sin(const Dual<N, Gradient>& x) {
   const SineCosine at(x.value);
   return chain(x, at.sine, at.cosine);
 }
 
-template <int N>
-[[gnu::always_inline]] inline Dual<N> cos(const Dual<N>& x) {
+template <int N, class Gradient>
+[[gnu::always_inline]] inline Dual<N, Gradient> cos(const Dual<N, Gradient>& x) {
   const SineCosine at(x.value);
   return chain(x, at.cosine, -at.sine);
 }
 
-template <int N>
-[[gnu::always_inline]] inline Dual<N> tanh(const Dual<N>& x) {
+template <int N, class Gradient>
+[[gnu::always_inline]] inline Dual<N, Gradient> tanh(const Dual<N, Gradient>& x) {
   const double t = tanh(x.value);
   return chain(x, t, 1.0 - t * t);
 }
 
-template <int N>
-[[gnu::always_inline]] inline SechTanh<Dual<N>> sech_and_tanh(const Dual<N>& x, const Dual<N>& y) {
+template <int N, class Gradient>
+[[gnu::always_inline]] inline SechTanh<Dual<N, Gradient>> sech_and_tanh(
+    const Dual<N, Gradient>& x, const Dual<N, Gradient>& y) {
   Pack exponents{};
   exponents[0] = -std::abs(x.value);
   exponents[1] = -2.0 * std::abs(y.value);
@@ -156,8 +160,8 @@ template <int N>
 }
 
 /// e[i] = exp(z[i]) for i < n.
-template <int N>
-void exponentials(const Dual<N>* z, Dual<N>* e, int n) {
+template <int N, class Gradient>
+void exponentials(const Dual<N, Gradient>* z, Dual<N, Gradient>* e, int n) {
   for (int first = 0; first < n; first += kPackWidth) {
     const int count = std::min(kPackWidth, n - first);
     Pack exponents{};

@@ -107,11 +107,10 @@ AheadScore::AheadScore(const Model& base, const StatesOfPieces& x0,
   error_ = own.error - explained_ * (explained_.transpose() * own.error);
 }
 
-std::vector<Suggestion> AheadScore::operator()(const std::vector<Trial>& trials,
-                                               int threads) const {
+std::vector<Suggestion> AheadScore::operator()(const std::vector<Trial>& trials) const {
   const std::vector<Crowd> crowds = crowds_of(trials, base_);
   std::vector<std::vector<Suggestion>> found(crowds.size());
-  for_each_job(threads, static_cast<int>(crowds.size()), [&](int i) {
+  for_each_job(static_cast<int>(crowds.size()), [&](int i) {
     const Crowd& crowd = crowds[i];
     const Eigen::MatrixXd columns =
         weighted_innovations(crowd.model(), crowd.initial_states(x0_), pieces_, propagation_,

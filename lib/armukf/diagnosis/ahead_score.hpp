@@ -32,7 +32,7 @@ class AheadScore {
 
   /// One per trial. trials: of the base's model or of one with the same parameters, all of the
   /// same.
-  std::vector<Suggestion> operator()(const std::vector<Trial>& trials, int threads = 1) const;
+  std::vector<Suggestion> operator()(const std::vector<Trial>& trials) const;
 
  private:
   /// From the derivatives of the innovations by the trial's sizes, where it has none; of a cyclic

@@ -113,16 +113,16 @@ Model with_fitted_spreads(const FittedModel& fit) {
 }
 
 FittedModel placed(const Model& model, const std::vector<Record>& pieces,
-                   const Propagation& propagation, int threads, const StatesOfPieces& x0) {
-  FittedModel result = placed(std::vector(pieces.size(), model), pieces, propagation, threads, x0);
+                   const Propagation& propagation, const StatesOfPieces& x0) {
+  FittedModel result = placed(std::vector(pieces.size(), model), pieces, propagation, x0);
   result.model = model;
   return result;
 }
 
 FittedModel placed(const std::vector<Model>& models, const std::vector<Record>& pieces,
-                   const Propagation& propagation, int threads, const StatesOfPieces& x0) {
+                   const Propagation& propagation, const StatesOfPieces& x0) {
   std::vector<SimulationFit> fits(pieces.size());
-  for_each_job(threads, static_cast<int>(pieces.size()), [&](int e) {
+  for_each_job(static_cast<int>(pieces.size()), [&](int e) {
     fits[e] = placed_fit(models[e], pieces[e].samples, propagation,
                          x0.empty() ? std::vector<double>{} : x0[e]);
   });
@@ -161,19 +161,19 @@ int BaseFit::agreeing() const {
 }
 
 BaseFit base_fit(const Model& model, const std::vector<Record>& pieces,
-                 const Propagation& propagation, int threads) {
+                 const Propagation& propagation) {
   const Record& longest =
       *std::ranges::max_element(pieces, {}, [](const Record& r) { return r.samples.size(); });
   std::vector<Model> starts;
   try {
-    starts.push_back(from_frequency_response(model, longest, propagation, threads));
+    starts.push_back(from_frequency_response(model, longest, propagation));
   } catch (const InputError&) {
     // a slow motion has none to begin from
   }
   starts.push_back(model);
   starts.push_back(softened(model));
   std::vector<FittedModel> fits(starts.size());
-  for_each_job(threads, static_cast<int>(starts.size()), [&](int i) {
+  for_each_job(static_cast<int>(starts.size()), [&](int i) {
     fits[i] = fitted(starts[i], {}, pieces, propagation, kFitIterations);
   });
   BaseFit result;

@@ -44,13 +44,13 @@ Model with_fitted_spreads(const FittedModel& fit);
 
 /// The model as it is against other pieces: only the initial states are fitted. Angles whose zero
 /// no record tells, and phases, are first looked for over their whole period; unless x0 tells where
-/// to begin. threads: over which the pieces are spread.
+/// to begin.
 FittedModel placed(const Model& model, const std::vector<Record>& pieces,
-                   const Propagation& propagation, int threads = 1, const StatesOfPieces& x0 = {});
+                   const Propagation& propagation, const StatesOfPieces& x0 = {});
 
 /// The same with a model of its own for each piece; without a model of them all.
 FittedModel placed(const std::vector<Model>& models, const std::vector<Record>& pieces,
-                   const Propagation& propagation, int threads = 1, const StatesOfPieces& x0 = {});
+                   const Propagation& propagation, const StatesOfPieces& x0 = {});
 
 /// Errors of predictions one sample ahead, and the likelihood of them all.
 struct OneStep {
@@ -78,6 +78,6 @@ Model softened(Model model);
 /// of the longest piece. A minimum whose initial states no machine could have does not count.
 /// Throws InputError where that piece excites too little, or where no start can be simulated.
 BaseFit base_fit(const Model& model, const std::vector<Record>& pieces,
-                 const Propagation& propagation, int threads = 0);
+                 const Propagation& propagation);
 
 }  // namespace armukf

@@ -26,6 +26,7 @@ constexpr double kFarBehind = 0.25;       // of what the best lowers the level b
 constexpr double kLeastFall = 0.01;       // of the level where it is fitted: less is none elsewhere
 constexpr double kSameLevel = 0.02;       // of two minima
 constexpr double kBetterMinimum = 0.005;  // by that in level
+constexpr double kFarMinimum = 1.0;       // of the level above the best: no effect leads back there
 constexpr double kPerParameter = 0.03;    // of the merit, the price of each further parameter
 
 Explained with_errors(ForesightFit fit, const TraceRecords& records) {
@@ -148,10 +149,10 @@ BaseGains gains_on(const ForesightFit& base, const Thinned& records, const Propa
 std::vector<Start> starts_on(const std::vector<ForesightFit>& bases, std::size_t base,
                              const std::vector<Gains>& gains, const std::vector<Trial>& trials,
                              std::size_t of_each, const Thinned& records,
-                             const Propagation& propagation, int threads) {
+                             const Propagation& propagation) {
   const ForesightFit& fit = bases[base];
   const AheadScore score(fit.model, fit.x0, records.pieces, propagation, gains);
-  std::vector<Suggestion> suggestions = score(trials, threads);
+  std::vector<Suggestion> suggestions = score(trials);
   std::vector<Start> starts;
   starts.reserve(trials.size());
   for (std::size_t i = 0; i < trials.size(); ++i)
@@ -181,19 +182,19 @@ double level_of(const ForesightFit& fit, const Thinned& records, const Propagati
 /// first. records: as they are begun with, thinned.
 std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
                               const std::vector<ForesightFit>& bases, const Thinned& records,
-                              const Propagation& propagation, double density, int threads) {
+                              const Propagation& propagation, double density) {
   const Thinned first_parts{beginnings(records.pieces), records.times};
   const std::size_t of_each = std::max<std::size_t>(2, kStarts / bases.size());
   std::vector<BaseGains> gains(bases.size());
-  for_each_job(threads, static_cast<int>(bases.size()),
+  for_each_job(static_cast<int>(bases.size()),
                [&](int i) { gains[i] = gains_on(bases[i], first_parts, propagation, density); });
   std::vector<Start> starts;
   for (std::size_t base = 0; base < bases.size(); ++base)
-    for (Start& start : starts_on(bases, base, gains[base].judging, trials, of_each, first_parts,
-                                  propagation, threads))
+    for (Start& start :
+         starts_on(bases, base, gains[base].judging, trials, of_each, first_parts, propagation))
       starts.push_back(std::move(start));
   std::vector<Begun> begun(starts.size());
-  for_each_job(threads, static_cast<int>(begun.size()), [&](int i) {
+  for_each_job(static_cast<int>(begun.size()), [&](int i) {
     const Suggestion& from = starts[i].suggestion;
     begun[i].trial = starts[i].trial;
     begun[i].base = starts[i].base;
@@ -207,7 +208,7 @@ std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
   const std::vector<double> usual = medians(begun, bases.size());
   for (Begun& b : begun) b.excess = b.level - usual[b.base];
   keep_best(begun, kBegun);
-  for_each_job(threads, static_cast<int>(begun.size()), [&](int i) {
+  for_each_job(static_cast<int>(begun.size()), [&](int i) {
     begun[i].fit = thinned_fit(begun[i].fit.model, begun[i].fit.x0, records, propagation, density,
                                kSecond, Extent::kBegun);
     begun[i].level = level_of(begun[i].fit, records, propagation);
@@ -247,7 +248,7 @@ std::vector<Halfway> halfway_from(const ForesightFit& fit, const std::vector<For
   std::vector<Model> starts{fit.model};
   for (const ForesightFit& base : bases) starts.push_back(with_values(fit.model, base.model));
   std::vector<Halfway> halfway(starts.size());
-  for_each_job(records.threads, static_cast<int>(starts.size()), [&](int i) {
+  for_each_job(static_cast<int>(starts.size()), [&](int i) {
     ForesightFit half = first_half(starts[i], fit.x0, records, fit.density);
     const ForesightErrors errors = foresight_errors(half.model, half.x0, records.estimation,
                                                     records.propagation, {}, kNear, kFar);
@@ -274,7 +275,7 @@ void keep_distinct(std::vector<Halfway>& all) {
 Explained best_of(std::vector<Halfway> halfway, const TraceRecords& records) {
   keep_distinct(halfway);
   std::vector<Explained> found(halfway.size());
-  for_each_job(records.threads, static_cast<int>(halfway.size()),
+  for_each_job(static_cast<int>(halfway.size()),
                [&](int i) { found[i] = second_half(halfway[i].fit, records); });
   Explained* best = &found.front();
   for (Explained& other : found)
@@ -369,7 +370,7 @@ void follow_best(const Explained& now, const TraceRecords& records, const Looks&
   others.resize(std::min(others.size(), kTried));
   const Thinned looked_at = thinned(records.estimation);
   std::vector<Refit> again(others.size());
-  for_each_job(records.threads, static_cast<int>(others.size()), [&](int i) {
+  for_each_job(static_cast<int>(others.size()), [&](int i) {
     const ForesightFit& fit = others[i]->explained.fit;
     again[i] = ended(others[i]->trial,
                      near_the_end(with_values(fit.model, arm), fit.x0, fit.density, looked_at,
@@ -402,7 +403,7 @@ bool improve(Explained& now, const std::vector<Refit>& refits, const TraceRecord
   starts.insert(starts.begin(), best);
   starts.resize(std::min(starts.size(), kTried));
   std::vector<Explained> found(starts.size());
-  for_each_job(records.threads, static_cast<int>(starts.size()),
+  for_each_job(static_cast<int>(starts.size()),
                [&](int i) { found[i] = without_effect(now, *starts[i], records); });
   const double before = now.estimation.level();
   for (Explained& other : found)
@@ -446,7 +447,7 @@ Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords
   const std::vector<Model> starts{fitted_model, model, softened(model)};
   const auto count = static_cast<int>(starts.size());
   std::vector<Explained> minima(2 * starts.size());
-  for_each_job(records.threads, 2 * count, [&](int i) {
+  for_each_job(2 * count, [&](int i) {
     const Model& start = starts[i % count];
     if (i < count) {
       minima[i] = explained(start, {}, records, kForesightDensity);
@@ -464,8 +465,10 @@ Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords
   minima.erase(std::unique(minima.begin(), minima.end(), same), minima.end());
   minima.resize(std::min(minima.size(), kMinima));
   Bases bases{minima.front(), {}, {}};
-  for (const Explained& minimum : minima) bases.minima.push_back(minimum.fit);
-  bases.all = bases.minima;
+  for (const Explained& minimum : minima) {
+    bases.all.push_back(minimum.fit);
+    if (level(minimum) < level(minima.front()) + kFarMinimum) bases.minima.push_back(minimum.fit);
+  }
   for (const Model* given : {&model, &fitted_model})
     bases.all.push_back(
         fit_foresight(*given, {}, records.estimation, records.propagation, kForesightDensity, 0));
@@ -504,7 +507,7 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
   const double density = now.fit.density;
   const Thinned looked_at = thinned(records.estimation);
   const std::vector<Begun> begun =
-      begun_fits(trials, bases, looked_at, records.propagation, density, records.threads);
+      begun_fits(trials, bases, looked_at, records.propagation, density);
   const double without = level_of(now.fit, looked_at, records.propagation);
   std::map<std::string, bool> judged;  // of each effect: whether it is among the most promising
   std::vector<Begun> promising;
@@ -514,7 +517,7 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
     const auto at = judged.try_emplace(b.trial->effect, worth).first;
     if (at->second) promising.push_back(b);
   }
-  for_each_job(records.threads, static_cast<int>(promising.size()), [&](int i) {
+  for_each_job(static_cast<int>(promising.size()), [&](int i) {
     Begun& b = promising[i];
     b.fit = near_the_end(b.fit.model, b.fit.x0, density, looked_at, records.propagation);
     b.level = level_of(b.fit, looked_at, records.propagation);
@@ -523,7 +526,7 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
   Contest result;
   const auto end_with = [&](std::span<const Begun> those) {
     std::vector<Refit> refits(those.size());
-    for_each_job(records.threads, static_cast<int>(those.size()), [&](int i) {
+    for_each_job(static_cast<int>(those.size()), [&](int i) {
       refits[i] = ended(*those[i].trial, those[i].fit, now, looks, records, acceptance);
     });
     std::ranges::move(refits, std::back_inserter(result.refits));

@@ -39,8 +39,8 @@ std::optional<Explained> explained_as_well(const ForesightFit& fit,
 /// What effects are tried on top of at first.
 struct Bases {
   Explained best;
-  std::vector<ForesightFit> minima;
-  std::vector<ForesightFit> all;  // and what was given
+  std::vector<ForesightFit> minima;  // not far above the best
+  std::vector<ForesightFit> all;     // those far above it as well, and what was given
 };
 
 /// Minima of the model, from the plain fit's values, from those of the model, and from a soft arm,

@@ -110,10 +110,9 @@ std::vector<Model> of_pieces(const std::vector<Model>& of_blocks, const Blocks& 
 /// Each block simulated by the model as it is fitted to the others.
 FittedModel without_each_block(const FittedModel& fit, const TraceRecords& records) {
   const Blocks blocks = blocks_of(records.estimation);
-  const StatesOfPieces placed_x0 =
-      placed(fit.model, blocks.pieces, records.propagation, records.threads).x0;
+  const StatesOfPieces placed_x0 = placed(fit.model, blocks.pieces, records.propagation).x0;
   std::vector<Model> models(kForesightBlocks, fit.model);
-  for_each_job(records.threads, kForesightBlocks, [&](int block) {
+  for_each_job(kForesightBlocks, [&](int block) {
     std::vector<Record> others;
     StatesOfPieces x0;
     for (std::size_t i = 0; i < blocks.pieces.size(); ++i) {
@@ -128,8 +127,7 @@ FittedModel without_each_block(const FittedModel& fit, const TraceRecords& recor
                                              {.iterations = kShort, .cost_tolerance = 1e-7}})
                         .model;
   });
-  FittedModel all =
-      placed(of_pieces(models, blocks), blocks.pieces, records.propagation, records.threads);
+  FittedModel all = placed(of_pieces(models, blocks), blocks.pieces, records.propagation);
   all.model = fit.model;
   all.parameters = fit.parameters;
   return all;
@@ -181,23 +179,19 @@ FittedModel refined(const Explained& now, const Held& held, const TraceRecords& 
 }  // namespace
 
 FittedModel plain(const Explained& now, const TraceRecords& records) {
-  return placed(now.fit.model, records.estimation, records.propagation, records.threads,
-                now.fit.x0);
+  return placed(now.fit.model, records.estimation, records.propagation, now.fit.x0);
 }
 
 FittedModel judged(const FittedModel& fit, const TraceRecords& records) {
-  return records.validation_judges()
-             ? placed(fit.model, records.validation, records.propagation, records.threads)
-             : without_each_block(fit, records);
+  return records.validation_judges() ? placed(fit.model, records.validation, records.propagation)
+                                     : without_each_block(fit, records);
 }
 
 double error_so_far(const Explained& now, const TraceRecords& records) {
   if (records.validation_judges())
-    return placed(now.fit.model, records.validation, records.propagation, records.threads).mse;
+    return placed(now.fit.model, records.validation, records.propagation).mse;
   const Blocks blocks = blocks_of(records.estimation);
-  return placed(of_pieces(now.fit.left_out, blocks), blocks.pieces, records.propagation,
-                records.threads)
-      .mse;
+  return placed(of_pieces(now.fit.left_out, blocks), blocks.pieces, records.propagation).mse;
 }
 
 void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& now, Held& held) {

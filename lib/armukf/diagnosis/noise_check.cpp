@@ -18,14 +18,10 @@ namespace armukf {
 namespace {
 
 SearchTask task_of(const InitialChoice& initial, const std::vector<Record>& pieces,
-                   const Propagation& propagation, int threads) {
+                   const Propagation& propagation) {
   constexpr int kIterations = 60;
   constexpr double kTolerance = 1e-7;  // of the cost: a hundredth of a nat
-  return {pieces,
-          initial,
-          propagation,
-          {.iterations = kIterations, .cost_tolerance = kTolerance},
-          threads};
+  return {pieces, initial, propagation, {.iterations = kIterations, .cost_tolerance = kTolerance}};
 }
 
 /// The rest of a model with an effect as it was fitted beside the one that is taken out.
@@ -53,7 +49,7 @@ bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
   if (!correlation_) {
     const Model& model = now_.fit.model;
     base_ = likeliest(model, states_before(model, pieces_, records_.propagation), {},
-                      records_.threads, [&](const FoundMinimum& found) {
+                      [&](const FoundMinimum& found) {
                         correlation_ = correlation_at(found);
                         return hopeless(settings);
                       });
@@ -88,16 +84,15 @@ double NoiseCheck::chance_at(const FoundMinimum& found, const Trial& trial) cons
 }
 
 FoundMinimum NoiseCheck::likeliest(const Model& model, const StatesOfPieces& x0,
-                                   const std::optional<FilterNoise>& near, int threads,
+                                   const std::optional<FilterNoise>& near,
                                    const std::function<bool(const FoundMinimum&)>& ends) const {
   const InitialChoice initial = prediction_choice(model);
-  return searched_for_predictions_near(
-      model, x0, task_of(initial, pieces_, records_.propagation, threads), near, ends);
+  return searched_for_predictions_near(model, x0, task_of(initial, pieces_, records_.propagation),
+                                       near, ends);
 }
 
-FoundMinimum NoiseCheck::likeliest_near_base(const Model& start, int threads) const {
-  return likeliest(start, states_before(start, pieces_, records_.propagation), base_->noise,
-                   threads);
+FoundMinimum NoiseCheck::likeliest_near_base(const Model& start) const {
+  return likeliest(start, states_before(start, pieces_, records_.propagation), base_->noise);
 }
 
 std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
@@ -106,7 +101,7 @@ std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
   const std::array starts{refit.explained.fit.model,
                           with_values(refit.explained.fit.model, base_->model)};
   std::array<double, starts.size()> losses{};
-  for_each_job(records_.threads, static_cast<int>(starts.size()),
+  for_each_job(static_cast<int>(starts.size()),
                [&](int i) { losses[i] = likeliest_near_base(starts[i]).loss; });
   const double gain = base_->loss - *std::ranges::min_element(losses);
   const double p = corrected(chi_square_tail(2.0 * std::max(0.0, gain), refit.parameters),
@@ -123,7 +118,7 @@ std::vector<NoiseCheck::Promise> NoiseCheck::promising(const std::vector<Trial>&
   constexpr double kWorthAFit = 0.1;  // p: a fit also finds the shape between the grid's points
   constexpr std::size_t kMost = 5;
   const AheadScore score(base_->model, base_->x0, pieces_, records_.propagation, base_->gains);
-  std::vector<Suggestion> suggestions = score(trials, records_.threads);
+  std::vector<Suggestion> suggestions = score(trials);
   std::vector<Promise> promises;
   promises.reserve(trials.size());
   for (std::size_t i = 0; i < trials.size(); ++i) {
@@ -146,10 +141,9 @@ std::vector<FoundMinimum> NoiseCheck::likeliest_of(const std::vector<Promise>& p
   constexpr double kAsMuch = 0.4;  // of what the best gains
   const auto count = static_cast<int>(promises.size());
   std::vector<FoundMinimum> all(promises.size());
-  for_each_job(records_.threads, count, [&](int i) {
+  for_each_job(count, [&](int i) {
     const Suggestion& suggestion = promises[i].suggestion;
-    all[i] = likeliest(suggestion.model, suggestion.x0, base_->noise,
-                       threads_of_each(records_.threads, count));
+    all[i] = likeliest(suggestion.model, suggestion.x0, base_->noise);
   });
   const auto best = std::ranges::min_element(all, {}, &FoundMinimum::loss);
   if (best == all.end()) return all;
@@ -161,10 +155,9 @@ std::vector<FoundMinimum> NoiseCheck::likeliest_of(const std::vector<Promise>& p
         found.loss > leader.loss)
       followers.push_back(&found);
   const auto following = static_cast<int>(followers.size());
-  for_each_job(records_.threads, following, [&](int i) {
+  for_each_job(following, [&](int i) {
     FoundMinimum& found = *followers[i];
-    FoundMinimum again = likeliest(with_values(found.model, arm), found.x0, leader.noise,
-                                   threads_of_each(records_.threads, following));
+    FoundMinimum again = likeliest(with_values(found.model, arm), found.x0, leader.noise);
     if (again.loss < found.loss) found = std::move(again);
   });
   return all;
@@ -176,7 +169,7 @@ std::vector<Refit> NoiseCheck::likelier(const std::vector<Trial>& trials, const 
   const std::vector<Promise> promises = promising(trials, looks);
   std::vector<FoundMinimum> all = likeliest_of(promises);
   std::vector<Refit> refits(promises.size());
-  for_each_job(records_.threads, static_cast<int>(promises.size()), [&](int i) {
+  for_each_job(static_cast<int>(promises.size()), [&](int i) {
     const Trial& trial = *promises[i].trial;
     FoundMinimum& found = all[i];
     const auto more = static_cast<double>(found.model.unknowns().size()) -
@@ -213,9 +206,8 @@ std::vector<Stead> NoiseCheck::instead(const Model& rest, const std::vector<Refi
   const auto unknowns = static_cast<double>(now_.fit.model.unknowns().size());
   const auto count = static_cast<int>(rivals.size());
   std::vector<Stead> steads(rivals.size());
-  for_each_job(records_.threads, count, [&](int i) {
-    FoundMinimum found =
-        likeliest_near_base(with_rival(rest, rivals[i]), threads_of_each(records_.threads, count));
+  for_each_job(count, [&](int i) {
+    FoundMinimum found = likeliest_near_base(with_rival(rest, rivals[i]));
     const double more = static_cast<double>(found.model.unknowns().size()) - unknowns;
     found.x0.resize(records_.estimation.size());
     steads[i] = {&rivals[i], std::move(found.model), std::move(found.x0),

@@ -67,13 +67,13 @@ class NoiseCheck {
   /// Whether the base's innovations can be noise alone. Makes that base, once.
   bool noise_can_be_all(const AcceptanceSettings& settings);
 
-  /// near: noise that theirs is looked for near to; else anywhere. threads: that it may have.
+  /// near: noise that theirs is looked for near to; else anywhere.
   FoundMinimum likeliest(const Model& model, const StatesOfPieces& x0,
-                         const std::optional<FilterNoise>& near, int threads = 1,
+                         const std::optional<FilterNoise>& near,
                          const std::function<bool(const FoundMinimum&)>& ends = {}) const;
 
   /// From that model on, the noise near to the base's.
-  FoundMinimum likeliest_near_base(const Model& start, int threads = 1) const;
+  FoundMinimum likeliest_near_base(const Model& start) const;
 
   /// Of each effect the most promising trial, if a fit of it may be beyond chance; the most
   /// promising first, and no more than are worth the time.

@@ -35,7 +35,7 @@ std::vector<double> product(std::vector<double> a, const std::vector<double>& b)
 }  // namespace
 
 Suggested suggested_by(const FittedModel& fit, const std::vector<Record>& pieces,
-                       const Propagation& propagation, int threads) {
+                       const Propagation& propagation) {
   const std::vector<double> angle = motor_angle(pieces);
   const std::vector<double> time = times_of(pieces);
   const std::vector<double> direction = directions_of(pieces);
@@ -47,7 +47,7 @@ Suggested suggested_by(const FittedModel& fit, const std::vector<Record>& pieces
     SpectralLines frequencies;
   };
   std::array<Lines, errors.size()> lines;
-  for_each_job(threads, static_cast<int>(errors.size()), [&](int i) {
+  for_each_job(static_cast<int>(errors.size()), [&](int i) {
     const auto over_angle = [&](const std::vector<double>& e) {
       return lines_over_angle(angle, e, kHighestHarmonic, kLinePower, kMostLines);
     };

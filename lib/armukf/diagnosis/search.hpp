@@ -10,8 +10,8 @@
 namespace armukf {
 
 /// Harmonics of the motor's angle, the first two in any case, and frequencies that stand out of the
-/// innovations or of the residual. threads: that look at the two.
+/// innovations or of the residual.
 Suggested suggested_by(const FittedModel& fit, const std::vector<Record>& pieces,
-                       const Propagation& propagation, int threads = 1);
+                       const Propagation& propagation);
 
 }  // namespace armukf

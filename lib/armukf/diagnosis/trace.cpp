@@ -230,7 +230,7 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   Traced result;
   Diagnosis& diagnosis = result.diagnosis;
   say("base fit", 0.0);
-  diagnosis.base = base_fit(model, records.estimation, settings.propagation, settings.threads);
+  diagnosis.base = base_fit(model, records.estimation, settings.propagation);
   const Bases first = bases_of(model, diagnosis.base.best.model, records);
   add_start(first.best, records, diagnosis.base);
   check_fit(diagnosis.base.best, first.best.estimation, records.estimation,
@@ -256,10 +256,10 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   bool noise_hopeless = false;
   for (int round = 1; round <= settings.most_effects; ++round) {
     say(fmt::format("round {}", round), static_cast<double>(round) / (settings.most_effects + 2));
-    Contest found = looked_for({suggested_by(simulated.estimation, records.estimation,
-                                             records.propagation, records.threads),
-                                held, records, settings.acceptance, slow_first, noise_hopeless},
-                               bases, now);
+    Contest found =
+        looked_for({suggested_by(simulated.estimation, records.estimation, records.propagation),
+                    held, records, settings.acceptance, slow_first, noise_hopeless},
+                   bases, now);
     const Refit* chosen = best_found(found.refits);
     Named name{};
     if (chosen != nullptr) {
@@ -277,8 +277,13 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
     bases = {now.fit};
     least = std::min(least, error);
     const double before = error;
-    error = error_so_far(now, records);
-    simulated.estimation = plain(now, records);
+    for_each_job(2, [&](int i) {
+      if (i == 0) {
+        error = error_so_far(now, records);
+      } else {
+        simulated.estimation = plain(now, records);
+      }
+    });
     const std::string& effect = chosen->trial.effect;
     diagnosis.effects.push_back(
         {effect, chosen->evidence.p_value, 100.0 * (1.0 - error / before), name.confused_with});
@@ -304,7 +309,7 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   const std::array<Measures*, compared.size()> measures{
       &diagnosis.before_estimation, &diagnosis.before_validation, &diagnosis.after_estimation,
       &diagnosis.after_validation_measures};
-  for_each_job(settings.threads, static_cast<int>(compared.size()), [&](int i) {
+  for_each_job(static_cast<int>(compared.size()), [&](int i) {
     const auto& [fit, pieces] = compared[i];
     *measures[i] = measures_of(*fit, *pieces, angle, settings.propagation);
   });
@@ -328,8 +333,9 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
 Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
                 const std::vector<Record>& validation, const TraceSettings& settings,
                 const TraceProgress& progress) {
-  TraceRecords records = trace_records(estimation, validation, settings.propagation,
-                                       settings.longest_gap_s, settings.threads);
+  const Crew crew(settings.threads);
+  TraceRecords records =
+      trace_records(estimation, validation, settings.propagation, settings.longest_gap_s);
   Traced first = traced(model, records, settings, progress);
   if (!first.more_there || !first.diagnosis.effects.empty()) return std::move(first.diagnosis);
   std::swap(records.estimation, records.validation);

@@ -58,9 +58,9 @@ bool same_samples(const Record& a, const Record& b) {
 
 TraceRecords trace_records(const std::vector<Record>& estimation,
                            const std::vector<Record>& validation, const Propagation& propagation,
-                           double longest_gap_s, int threads) {
+                           double longest_gap_s) {
   TraceRecords records{pieces_of(estimation, longest_gap_s), pieces_of(validation, longest_gap_s),
-                       propagation, threads};
+                       propagation};
   check_excitation(estimation);
   if (!validation.empty()) check_excitation(validation);
   check_length(estimation, records.estimation);

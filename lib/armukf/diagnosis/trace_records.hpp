@@ -12,7 +12,6 @@ struct TraceRecords {
   std::vector<Record> estimation;
   std::vector<Record> validation;  // never fitted; may be none
   Propagation propagation;
-  int threads = 0;
   bool validation_guards = false;  // it need not get better, as long as it does not get worse
 
   /// Blocks left out of the fit do where no other record does.
@@ -23,7 +22,7 @@ struct TraceRecords {
 /// is the same.
 TraceRecords trace_records(const std::vector<Record>& estimation,
                            const std::vector<Record>& validation, const Propagation& propagation,
-                           double longest_gap_s, int threads);
+                           double longest_gap_s);
 
 /// Pieces of which each sample stands for so many of the record's.
 struct Thinned {

@@ -59,7 +59,13 @@ struct PackAlgebra {
     });
   }
   template <class Op, int L, class... Others>
-  [[gnu::always_inline]] static void elements(Op& op, Dual<L>& first, Others&... others) {
+  [[gnu::always_inline]] static void elements(Op& op, Singles<L>& first, Others&... others) {
+    for_each_index<Singles<L>::kPacks>([&](int k) __attribute__((always_inline)) {
+      op(first.packs[k], others.packs[k]...);
+    });
+  }
+  template <class Op, int L, class Gradient, class... Others>
+  [[gnu::always_inline]] static void elements(Op& op, Dual<L, Gradient>& first, Others&... others) {
     op(first.value, others.value...);
     elements(op, first.gradient, others.gradient...);
   }

@@ -60,13 +60,14 @@ template <int Odd, int Even, Plain T, std::size_t N>
   return even + where_negative(v, T(-odd), odd);
 }
 
-template <int Odd, int Even, int L, std::size_t N>
-[[gnu::always_inline]] inline Dual<L> two_sided(const std::array<double, N>& knots,
-                                                const Dual<L>& v, const Dual<L>* p) {
+template <int Odd, int Even, int L, class Gradient, std::size_t N>
+[[gnu::always_inline]] inline Dual<L, Gradient> two_sided(const std::array<double, N>& knots,
+                                                          const Dual<L, Gradient>& v,
+                                                          const Dual<L, Gradient>* p) {
   static_assert(Odd < static_cast<int>(N) && Even + 1 < static_cast<int>(N));
   const Steps<double, N> steps(knots, magnitude(v.value));
   const double sign = where_negative(v.value, -1.0, 1.0);
-  Dual<L> sum(0.0);
+  Dual<L, Gradient> sum(0.0);
   double slope = 0.0;
   for (int k = 0; k < Odd; ++k) {
     sum += (sign * steps.height[k]) * p[k];
