@@ -20,8 +20,10 @@ template <int N>
 using Differentiated = Dual<N, Singles<N>>;
 
 /// How many it may carry; the least that is enough is taken.
-using Sizes = std::integer_sequence<int, padded(8, kSinglesWidth), padded(16, kSinglesWidth),
-                                    padded(24, kSinglesWidth), kMostAtOnce>;
+constexpr int size_for(int directions) {
+  return std::min(padded(directions, kSinglesWidth), kMostAtOnce);
+}
+using Sizes = std::integer_sequence<int, size_for(8), size_for(16), size_for(24), kMostAtOnce>;
 
 template <class Work, int N, int... Larger>
 void with_directions(int count, std::integer_sequence<int, N, Larger...> /*sizes*/, Work work) {

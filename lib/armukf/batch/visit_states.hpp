@@ -68,8 +68,9 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
       y = dynamics.measured(samples[k].t - samples[0].t, input(k), x.data());
     return y;
   };
-  T expected(0.0);      // rad/s, of the sensor's noise
-  T torque_noise(0.0);  // rad/s^2, of the motor
+  constexpr std::size_t kDropped = 16;  // samples between
+  T expected(0.0);                      // rad/s, of the sensor's noise
+  T torque_noise(0.0);                  // rad/s^2, of the motor
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (k > 0) {
       const Sample& last = samples[k - 1];
@@ -98,6 +99,10 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
     if (corrects) correct(model, gains, k, samples[k].y - y, x);
     if (corrects && !gains.torque_noise.empty())
       torque_noise += gains.torque_noise[k] * (samples[k].y - y);
+    if (k % kDropped == 0) {
+      for (T& row : x) drop_traces(row);
+      drop_traces(torque_noise);
+    }
     if (gains.sensor_pole != 0.0)
       expected = gains.sensor_pole * (corrects ? T(samples[k].y - measured(k)) : expected);
   }

@@ -82,6 +82,14 @@ struct Dual {
   }
 };
 
+/// Leaves numbers as they are whose derivatives have room for everything.
+template <class T>
+void drop_traces(T& /*number*/) {}
+template <int N>
+void drop_traces(Dual<N, Singles<N>>& number) {
+  drop_traces(number.gradient);
+}
+
 /// Directions that are worth carrying at once: as many as keep a number in registers. More of them
 /// would be slower, although the value is found anew for each batch.
 inline constexpr int kDirectionsAtOnce = padded(std::min(12, 4 * kPackWidth), kPackWidth);

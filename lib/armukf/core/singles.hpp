@@ -71,4 +71,15 @@ struct Singles {
   }
 };
 
+/// What is too small to matter becomes 0: many processors take a hundred times as long for numbers
+/// that are less than normal, which what decays would become.
+template <int N>
+void drop_traces(Singles<N>& numbers) {
+  constexpr float kTrace = 1e-25F;
+  for (SinglesPack& pack : numbers.packs) {
+    const SinglesPack::Register v = pack.numbers;
+    pack.numbers = v < kTrace && v > -kTrace ? SinglesPack::Register{} : v;
+  }
+}
+
 }  // namespace armukf
