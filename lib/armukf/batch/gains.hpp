@@ -9,6 +9,9 @@
 
 namespace armukf {
 
+/// Of derivatives: single is faster where there are many, and tells a search as well where to go.
+enum class Precision { kDouble, kSingle };
+
 /// How a simulation is corrected by what was measured: at sample k, x += K_k (y_k - y), where y is
 /// what it says before. With the gains of a Kalman filter that y is the prediction one sample
 /// ahead, the innovations form of the model; without any it is the plain simulation. Source: L.
@@ -26,6 +29,7 @@ struct Gains {
   std::vector<double> rows;           // K_k at each sample, one per state, states per (rad/s)
   std::vector<double> torque_noise;   // that state's, rad/s^2 per (rad/s); empty: there is none
   std::vector<double> innovation_sd;  // at each sample, over that of the sensor's noise
+  Precision derivatives = Precision::kDouble;  // of what is predicted with these gains
 
   bool empty() const { return states == 0; }
   double operator()(std::size_t k, int state) const { return rows[k * states + state]; }

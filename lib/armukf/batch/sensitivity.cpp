@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 #include <utility>
 
 #include "armukf/batch/visit_states.hpp"
@@ -11,43 +12,52 @@
 namespace armukf {
 namespace {
 
+/// A number with derivatives in N directions.
+template <int N, Precision P>
+using Differentiated = Dual<N, std::conditional_t<P == Precision::kSingle, Singles<N>, Lanes<N>>>;
+
+/// How many derivatives a register holds.
+template <Precision P>
+inline constexpr int kWidth = P == Precision::kSingle ? kSinglesWidth : kPackWidth;
+
 /// The most directions that a number may carry. The value is found anew for each turn, which with a
 /// few effects costs as much as a dozen directions; but more than a few registers are no gain.
-constexpr int kMostAtOnce = std::min(32, 4 * kSinglesWidth);
+template <Precision P>
+inline constexpr int kMostAtOnce = P == Precision::kSingle ? std::min(32, 4 * kSinglesWidth)
+                                                           : std::min(24, 6 * kPackWidth);
 
-/// Derivatives of single precision: the values are not, and a fit needs no more of its directions.
-template <int N>
-using Differentiated = Dual<N, Singles<N>>;
+template <Precision P>
+constexpr int size_for(int directions) {
+  return std::min(padded(directions, kWidth<P>), kMostAtOnce<P>);
+}
 
 /// How many it may carry; the least that is enough is taken.
-constexpr int size_for(int directions) {
-  return std::min(padded(directions, kSinglesWidth), kMostAtOnce);
-}
-using Sizes = std::integer_sequence<int, size_for(8), size_for(16), size_for(24), kMostAtOnce>;
+template <Precision P>
+using Sizes = std::integer_sequence<int, size_for<P>(8), size_for<P>(16), kMostAtOnce<P>>;
 
-template <class Work, int N, int... Larger>
+template <Precision P, class Work, int N, int... Larger>
 void with_directions(int count, std::integer_sequence<int, N, Larger...> /*sizes*/, Work work) {
   if constexpr (sizeof...(Larger) == 0) {
-    work(Differentiated<N>());
+    work(Differentiated<N, P>());
   } else {
-    if (count <= N) return work(Differentiated<N>());
-    with_directions(count, std::integer_sequence<int, Larger...>(), work);
+    if (count <= N) return work(Differentiated<N, P>());
+    with_directions<P>(count, std::integer_sequence<int, Larger...>(), work);
   }
 }
 
 /// Calls work(number, first, count) for all of the directions, as many at once as there may be; at
 /// least once. Idle threads take a share of them, which does not change what is found.
-template <class Work>
+template <Precision P, class Work>
 void in_turns(int directions, Work work) {
-  constexpr int kShare = kSinglesWidth;  // directions that are worth a thread
+  constexpr int kShare = padded(8, kWidth<P>);  // directions that are worth a thread
   const int threads = 1 + std::min(idle_threads(), (directions - 1) / kShare);
   const int share = padded((directions + threads - 1) / threads, kShare);
   for_each_job(std::max(1, (directions + share - 1) / share), [&](int i) {
     const int end = std::min((i + 1) * share, directions);
     int first = i * share;
     do {
-      const int count = std::min(kMostAtOnce, end - first);
-      with_directions(count, Sizes(), [&](auto number) { work(number, first, count); });
+      const int count = std::min(kMostAtOnce<P>, end - first);
+      with_directions<P>(count, Sizes<P>(), [&](auto number) { work(number, first, count); });
       first += count;
     } while (first < end);
   });
@@ -98,9 +108,14 @@ Sensitivities sensitivities(const Model& model, const std::vector<double>& x0,
     differentiate<double>(model, x0, samples, propagation, directions, gains, 0, 0, result);
     return result;
   }
-  in_turns(directions.size(), [&]<class Number>(Number, int first, int count) {
+  const auto turn = [&]<class Number>(Number, int first, int count) {
     differentiate<Number>(model, x0, samples, propagation, directions, gains, first, count, result);
-  });
+  };
+  if (gains.derivatives == Precision::kSingle) {
+    in_turns<Precision::kSingle>(directions.size(), turn);
+  } else {
+    in_turns<Precision::kDouble>(directions.size(), turn);
+  }
   return result;
 }
 
@@ -110,7 +125,9 @@ JacobianMatrix torque_sensitivities(const Model& model, const std::vector<double
                                     const Gains& gains) {
   JacobianMatrix gradient = JacobianMatrix::Constant(torques.rows(), torques.cols(), kNaN);
   const std::vector<double> values = model.values();
-  in_turns(static_cast<int>(torques.cols()), [&]<class Number>(Number, int first, int count) {
+  // A score is no more than a promise.
+  in_turns<Precision::kSingle>(static_cast<int>(torques.cols()), [&]<class Number>(
+                                                                     Number, int first, int count) {
     const std::vector<Number> p(values.begin(), values.end());
     const std::vector<Number> x(x0.begin(), x0.end());
     const auto input = [&](std::size_t k) {

@@ -19,8 +19,9 @@ struct Directions {
 };
 
 /// A simulation, corrected by gains or not, and its derivatives: dy_k / d direction_j in row k,
-/// column j; the parameters first, each per its own unit. They are exact but for rounding, in
-/// single precision, to 5e-6 of a column's norm; y is of double precision.
+/// column j; the parameters first, each per its own unit. They are exact but for rounding: in
+/// single precision, where the gains ask for it, to 5e-6 of a column's norm. y is of double
+/// precision.
 struct Sensitivities {
   std::vector<double> y;
   JacobianMatrix gradient;

@@ -244,6 +244,7 @@ std::vector<Gains> foresight_gains(const Model& model, const StatesOfPieces& x0,
   for (std::size_t e = 0; e < pieces.size(); ++e) {
     gains.push_back(filter_gains(model, x0[e], pieces[e].samples, propagation, {density}));
     std::fill_n(gains[e].innovation_sd.begin(), first_that_counts(pieces[e]), kInfinite);
+    gains[e].derivatives = Precision::kSingle;
   }
   return gains;
 }
