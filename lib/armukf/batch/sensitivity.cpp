@@ -45,42 +45,54 @@ void with_directions(int count, std::integer_sequence<int, N, Larger...> /*sizes
   }
 }
 
-/// Calls work(number, first, count) for all of the directions, as many at once as there may be; at
-/// least once. Idle threads take a share of them, which does not change what is found.
+/// Calls work(number, first, columns) with the gradient's columns from `first` on, as many at once
+/// as there may be, until all are filled; at first they are NaN. Idle threads take a share of them,
+/// which does not change what is found.
 template <Precision P, class Work>
-void in_turns(int directions, Work work) {
+void fill(JacobianMatrix& gradient, Work work) {
   constexpr int kShare = padded(8, kWidth<P>);  // directions that are worth a thread
+  const auto directions = static_cast<int>(gradient.cols());
   const int threads = 1 + std::min(idle_threads(), (directions - 1) / kShare);
   const int share = padded((directions + threads - 1) / threads, kShare);
-  for_each_job(std::max(1, (directions + share - 1) / share), [&](int i) {
+  for_each_job((directions + share - 1) / share, [&](int i) {
     const int end = std::min((i + 1) * share, directions);
-    int first = i * share;
-    do {
+    for (int first = i * share; first < end; first += kMostAtOnce<P>) {
       const int count = std::min(kMostAtOnce<P>, end - first);
-      with_directions<P>(count, Sizes<P>(), [&](auto number) { work(number, first, count); });
-      first += count;
-    } while (first < end);
+      // Of their own: threads that write into the same rows would wait for each other.
+      JacobianMatrix columns = JacobianMatrix::Constant(gradient.rows(), count, kNaN);
+      with_directions<P>(count, Sizes<P>(), [&](auto number) { work(number, first, columns); });
+      gradient.middleCols(first, count) = columns;
+    }
   });
 }
 
-/// Fills `count` of the gradient's columns, from `first` on; with the first of them what has none.
+template <class Work>
+void fill(JacobianMatrix& gradient, Precision precision, Work work) {
+  if (gradient.cols() == 0) return;
+  if (precision == Precision::kSingle) {
+    fill<Precision::kSingle>(gradient, work);
+  } else {
+    fill<Precision::kDouble>(gradient, work);
+  }
+}
+
+/// Fills columns of the gradient, from `first` on; with the first of them what has none.
 template <class Number>
 void differentiate(const Model& model, const std::vector<double>& x0,
                    const std::vector<Sample>& samples, const Propagation& propagation,
-                   const Directions& directions, const Gains& gains, int first, int count,
-                   Sensitivities& result) {
+                   const Directions& directions, const Gains& gains, int first,
+                   JacobianMatrix& columns, Sensitivities& result) {
   const std::vector<double> values = model.values();
   std::vector<Number> p(values.begin(), values.end());
   std::vector<Number> x(x0.begin(), x0.end());
   const int parameters = static_cast<int>(directions.parameters.size());
+  const auto count = static_cast<int>(columns.cols());
   for (int j = 0; j < count; ++j) {
     const int direction = first + j;
     Number& seed = direction < parameters ? p[directions.parameters[direction]]
                                           : x[directions.initial_states[direction - parameters]];
     if constexpr (!Plain<Number>) seed.gradient[j] = 1.0;
   }
-  // Of its own: threads that write into the same rows would wait for each other.
-  JacobianMatrix columns = JacobianMatrix::Constant(samples.size(), count, kNaN);
   const std::size_t visited = visit_states(
       model, p, x, samples, propagation, recorded_input<Number>(samples),
       [&](std::size_t k, const auto& states, const Number& y) {
@@ -94,7 +106,6 @@ void differentiate(const Model& model, const std::vector<double>& x0,
       },
       Angles::kMeasured, gains);
   if (first == 0) std::fill(result.y.begin() + visited, result.y.end(), kNaN);
-  result.gradient.middleCols(first, count) = columns;
 }
 
 }  // namespace
@@ -104,18 +115,14 @@ Sensitivities sensitivities(const Model& model, const std::vector<double>& x0,
                             const Directions& directions, const Gains& gains) {
   Sensitivities result{std::vector<double>(samples.size()),
                        JacobianMatrix(samples.size(), directions.size()), 0.0};
-  if (directions.size() == 0) {
-    differentiate<double>(model, x0, samples, propagation, directions, gains, 0, 0, result);
-    return result;
-  }
-  const auto turn = [&]<class Number>(Number, int first, int count) {
-    differentiate<Number>(model, x0, samples, propagation, directions, gains, first, count, result);
-  };
-  if (gains.derivatives == Precision::kSingle) {
-    in_turns<Precision::kSingle>(directions.size(), turn);
-  } else {
-    in_turns<Precision::kDouble>(directions.size(), turn);
-  }
+  if (directions.size() == 0)
+    differentiate<double>(model, x0, samples, propagation, directions, gains, 0, result.gradient,
+                          result);
+  fill(result.gradient, gains.derivatives,
+       [&]<class Number>(Number, int first, JacobianMatrix& columns) {
+         differentiate<Number>(model, x0, samples, propagation, directions, gains, first, columns,
+                               result);
+       });
   return result;
 }
 
@@ -123,23 +130,22 @@ JacobianMatrix torque_sensitivities(const Model& model, const std::vector<double
                                     const std::vector<Sample>& samples,
                                     const Propagation& propagation, const Eigen::MatrixXd& torques,
                                     const Gains& gains) {
-  JacobianMatrix gradient = JacobianMatrix::Constant(torques.rows(), torques.cols(), kNaN);
+  JacobianMatrix gradient(torques.rows(), torques.cols());
   const std::vector<double> values = model.values();
-  // A score is no more than a promise.
-  in_turns<Precision::kSingle>(static_cast<int>(torques.cols()), [&]<class Number>(
-                                                                     Number, int first, int count) {
+  fill(gradient, gains.derivatives, [&]<class Number>(Number, int first, JacobianMatrix& columns) {
     const std::vector<Number> p(values.begin(), values.end());
     const std::vector<Number> x(x0.begin(), x0.end());
     const auto input = [&](std::size_t k) {
       Number u(samples[k].u);
-      for (int j = 0; j < count; ++j)
-        u.gradient[j] = static_cast<float>(torques(static_cast<Eigen::Index>(k), first + j));
+      const auto row = torques.row(static_cast<Eigen::Index>(k)).segment(first, columns.cols());
+      std::ranges::copy(row, u.gradient.begin());
       return u;
     };
     visit_states(
         model, p, x, samples, propagation, input,
         [&](std::size_t k, const auto& /*states*/, const Number& y) {
-          std::copy_n(y.gradient.begin(), count, &gradient(static_cast<Eigen::Index>(k), first));
+          std::copy_n(y.gradient.begin(), columns.cols(),
+                      &columns(static_cast<Eigen::Index>(k), 0));
         },
         Angles::kMeasured, gains);
   });
