@@ -24,6 +24,7 @@ namespace {
 
 constexpr double kDt = 5e-4;     // s
 constexpr double kOnset = 15.0;  // s
+constexpr double kGearRatio = 10.0;
 
 /// x_{k+1} = pole x_k + white noise, of standard deviation sd.
 class Coloured {
@@ -42,8 +43,10 @@ class Coloured {
 };
 
 /// A record of the published arm under speed control, which from kOnset on is another, and gets
-/// another torque than it is told; with coloured noise of torque and sensor.
-std::vector<Sample> record(double duration, const Model& later, double bias = 0.0) {
+/// another torque than it is told; with coloured noise of torque and sensor. `weight` (N.m): of
+/// gravity at the motor, all the while.
+std::vector<Sample> record(double duration, const Model& later, double bias = 0.0,
+                           double weight = 0.0) {
   const int samples = static_cast<int>(duration / kDt);
   const std::vector<double> wanted =
       speed_reference(ExperimentKind::kEstimation, {}, 20000, kDt, 1);
@@ -53,6 +56,7 @@ std::vector<Sample> record(double duration, const Model& later, double bias = 0.
   std::vector<double> p = before.values();
   std::vector<double> x(kArmStates, 0.0);
   double integral = 0.0;
+  double angle = 0.0;
   std::vector<Sample> all;
   for (int n = 0; n < samples; ++n) {
     const double t = n * kDt;
@@ -62,7 +66,9 @@ std::vector<Sample> record(double duration, const Model& later, double bias = 0.
     const double u = 4.0 * error + integral;
     integral += 40.0 * kDt * error;
     all.push_back({t, u, y});
-    const double given = u + torque.next() + (t >= kOnset ? bias : 0.0);
+    angle += kDt * x[kSpeedMotor];
+    const double given =
+        u + torque.next() + (t >= kOnset ? bias : 0.0) - weight * std::sin(angle / kGearRatio);
     const Coefficients<double> c(p.data());
     std::array<double, kArmStates> state;
     std::copy(x.begin(), x.end(), state.begin());
@@ -136,6 +142,19 @@ TEST(Watch, KeepsWhatHasNotChanged) {
   for (const int i : found.unknowns())
     EXPECT_NEAR(found.parameters[i].value, truth.parameters[i].value, 3.5 * sd[i])
         << found.parameters[i].name;
+}
+
+/// Gravity that the model lacks is small and slow enough to be taken for noise and for changes of
+/// offset and friction, one upon the other.
+TEST(Watch, DoubtsAModelOfWhichItSeesChangeUponChange) {
+  const EstimatorSettings settings;
+  Session session(published_arm(), settings);
+  Watch watch(published_arm(), settings);
+  for (const Sample& sample : record(40.0, published_estimate(), 0.0, 0.2))
+    watch.see(session, sample, session.step(sample));
+  EXPECT_TRUE(session.noise().known);
+  EXPECT_TRUE(watch.doubts_model());
+  EXPECT_LE(watch.count(), 5U);
 }
 
 /// All that a watched session says from one sample on, events and numbers.

@@ -29,8 +29,10 @@ bool is_resonant(int i) { return i == kJ || i == kAm || i == kAg || i == kKg1 ||
 /// What friction is the size of; its shapes alpha and beta do not wear.
 constexpr std::array kFriction{kFv, kFc, kFcs};
 
+/// What may have either sign, as an offset, has a value that tells nothing of how it changes.
 double usual_size(const Parameter& p, double value) {
-  return kUsualPart * std::max(std::abs(value), kLeastPart * p.scale);
+  const double least = p.lower < 0.0 ? p.scale : kUsualPart * kLeastPart * p.scale;
+  return std::max(kUsualPart * std::abs(value), least);
 }
 
 /// Multiplies the arm's inertia, all others staying what they are.

@@ -76,7 +76,8 @@ void Watch::State::look(Session& session) {
 /// What was frozen goes first: the rest is sized by it.
 template <class Archive>
 void Watch::State::archive(Archive& archive) {
-  archive(last_t, last_u, torques, clock_offset, watched, told_events, frozen_at);
+  archive(last_t, last_u, torques, clock_offset, watched, told_events, restlessness, last_event,
+          frozen_at);
   if (!has_begun()) return;
   archive(condition, noise, knows_noise, sample_s, refreeze_at, follow_at);
   if constexpr (Archive::kLoads) {
@@ -110,6 +111,8 @@ std::span<const Event> Watch::see(Session& session, const Sample& sample,
                                   const Estimate& estimate) {
   return state_->see(session, sample, estimate);
 }
+
+bool Watch::doubts_model() const { return state_->doubts_model(); }
 
 std::size_t Watch::count() const { return state_->told_events; }
 

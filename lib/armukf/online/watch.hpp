@@ -29,7 +29,13 @@ struct WatchSettings {
   /// without a name is claimed; of white ones it has a deviation of 0.04.
   double surge = 1.8;
   double memory_s = 10.0;  // s, of what held before: what drifts slower than that is no event
-  double trend_s = 10.0;   // s, watched, from which on drifts count: before, parameters settle
+  /// Events, each counting less the longer it is past, by this time constant (s): more than `most`
+  /// are no changes. A machine hardly changes thrice in a minute; what a model lacks, and looks
+  /// like noise while the noise is learnt, as a ripple does that is slow at times, may do so for
+  /// ever.
+  double restless_s = 60.0;
+  double most = 2.0;
+  double trend_s = 10.0;  // s, watched, from which on drifts count: before, parameters settle
   /// Twice the log of a likelihood ratio beyond which something is said to drift. With twenty names
   /// and some ten spans of time that are worth telling apart, 25 is passed by chance once in ten
   /// thousand records.
@@ -80,6 +86,10 @@ class Watch {
   /// How everything moves that was seen, in order of the list of what may change; none before it
   /// has watched for some seconds.
   std::vector<Trend> trends() const;
+
+  /// Whether it took so many changes in so short a time for what the model lacks. It then watches
+  /// less sharply, as where the noise cannot be learnt.
+  bool doubts_model() const;
 
   /// How many changes were said, the second lines not counted.
   std::size_t count() const;

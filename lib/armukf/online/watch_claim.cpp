@@ -36,7 +36,7 @@ void Watch::State::tell_unnamed(Session& session) {
                     .p = 1.0,
                     .also_possible = {},
                     .settled = false});
-  ++told_events;
+  count_event();
   surge.accept_latest();
 }
 
@@ -143,7 +143,7 @@ void Watch::State::tell(Session& session, const TriedChanges& tried, int best) {
   change(accepted, what[best], now, kCaution * found.sd() * what[best].usual);
   session.believe(accepted.values, accepted.belief, now);
   if (!std::exchange(told, true)) {
-    ++told_events;
+    count_event();
     return;
   }
   history.fill(accepted);
@@ -152,6 +152,12 @@ void Watch::State::tell(Session& session, const TriedChanges& tried, int best) {
   if (!knows_noise) alarm.know_nothing_of(best);
   running = false;  // the states were those of a machine that is no more
   calm();
+}
+
+void Watch::State::count_event() {
+  ++told_events;
+  restlessness = 1.0 + restlessness * std::exp((last_event - watched) / watch.restless_s);
+  last_event = watched;
 }
 
 void Watch::State::calm() {

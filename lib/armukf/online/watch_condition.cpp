@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "armukf/online/watch_state.hpp"
 
@@ -18,8 +19,13 @@ void Watch::State::freeze(const PastBelief& from, const Condition& at, bool know
   const LearntNoise& learnt = from.belief.noise;
   sample_s = learnt.sample_s > 0.0 ? learnt.sample_s : 5e-4;
   noise = {{learnt.torque_sd, learnt.torque_pole}, {learnt.sensor_sd, learnt.sensor_pole}};
-  knows_noise = learnt.known;
+  const bool knew_noise = std::exchange(knows_noise, learnt.known && !doubts_model());
   if (!knows_noise) noise = noise_of_incomplete_model();
+  if (knew_noise && !knows_noise) {
+    alarm.expect(watch.claim_s, false);
+    misfit = {};
+    filter.restart();
+  }
   frozen_at = watched;
   refreeze_at = watched + kRefreezeS;
   resize(what, model, condition);
@@ -28,7 +34,8 @@ void Watch::State::freeze(const PastBelief& from, const Condition& at, bool know
 }
 
 /// Whether these are parameters from which the frozen ones look bent: far off, or by more than
-/// chance where a resonance is sharp.
+/// chance where a resonance is sharp. Beside what a model lacks, bent predictions do not count, nor
+/// does the walk of what is hardly known.
 bool Watch::State::has_moved(const PastBelief& from) const {
   constexpr double kBeyondChance = 2.0;  // deviations
   const SquareMatrix& P = from.belief.covariance;
@@ -37,11 +44,9 @@ bool Watch::State::has_moved(const PastBelief& from) const {
     const Changeable& w = what[i];
     const double by =
         std::abs(from.values[w.parameter] - condition.parameters[w.parameter]) / w.usual;
-    // Beside what a model lacks, bent predictions do not count.
-    if (by > (knows_noise ? w.linear : 1.0)) return true;
-    if (!knows_noise || i >= P.size()) continue;
-    if (by > std::max(kSoonBent * w.linear, kBeyondChance * std::sqrt(P(i, i)) / w.usual))
-      return true;
+    const double chance = i < P.size() ? kBeyondChance * std::sqrt(P(i, i)) / w.usual : kInfinite;
+    if (knows_noise && by > std::min(w.linear, std::max(kSoonBent * w.linear, chance))) return true;
+    if (!knows_noise && by > std::max(1.0, chance)) return true;
   }
   return false;
 }

@@ -78,11 +78,12 @@ void Watch::State::set_up_bank() {
   std::visit([&](auto& o) { o.bank.freeze(conditions, noise, sample_s); }, observer);
 }
 
-/// A model that lacks something leaves more than noise: the most that a torque's noise can be
-/// stands for it.
+/// What a model lacks is not noise, and made white by what foretells it. A gain made for it would
+/// follow the slow part of a change, and leave hardly any for the alarm to see: the noise is that
+/// of the settings, and the predictors nearly simulate.
 PredictorNoise Watch::State::noise_of_incomplete_model() const {
   constexpr double kPole = 0.9;
-  const double per_sample = settings.noise.learning.most_torque / std::sqrt(sample_s);
+  const double per_sample = settings.noise.torque[kDrivenMass] / std::sqrt(sample_s);
   return {{per_sample * std::sqrt((1.0 - kPole) / (1.0 + kPole)), kPole},
           {settings.noise.sensor, 0.0}};
 }

@@ -77,6 +77,8 @@ struct Watch::State {
   Event event_of(const TriedChanges& tried, int best, bool settled) const;
   double deviation_before(int i, double onset) const;
   void tell(Session& session, const TriedChanges& tried, int best);
+  void count_event();
+  bool doubts_model() const { return restlessness > watch.most; }
   void calm();
   /// A watched time by the samples' clock, to the microsecond: what is behind that is rounding.
   double on_clock(double t) const { return std::round((t + clock_offset) * 1e6) / 1e6; }
@@ -93,7 +95,7 @@ struct Watch::State {
   // What is frozen.
   Condition condition;
   PredictorNoise noise;
-  bool knows_noise = false;
+  bool knows_noise = false;  // the model lacks nothing that could be seen
   double sample_s = 0.0;
   double frozen_at = -1.0;  // s, watched
   double refreeze_at = 0.0;
@@ -128,6 +130,8 @@ struct Watch::State {
   PastBelief worn;
   std::vector<Event> events;
   std::uint64_t told_events = 0;
+  double restlessness = 0.0;  // events, the past ones less (WatchSettings::restless_s)
+  double last_event = 0.0;    // s, watched
 };
 
 }  // namespace armukf

@@ -167,6 +167,11 @@ std::string trend_text(const Trend& t) {
 
 std::string watch_text(const WatchSummary& watch) {
   std::string text = fmt::format("  changes of the machine: {}\n", watch.events);
+  if (watch.doubts_model)
+    text +=
+        "  note: so many in so short a time are the model's, which lacks something that looks "
+        "like\n"
+        "        them; it is watched less sharply since\n";
   for (const Trend& trend : watch.trends) text += trend_text(trend);
   if (watch.unseen.empty()) return text;
   return text + fmt::format("  too little motion, at the end, to see a usual change of: {}\n",
@@ -177,7 +182,7 @@ std::string watch_text(const WatchSummary& watch) {
 
 std::optional<WatchSummary> summary_of(const Watch* watch) {
   if (watch == nullptr) return std::nullopt;
-  return WatchSummary{watch->count(), watch->unseen(), watch->trends()};
+  return WatchSummary{watch->count(), watch->doubts_model(), watch->unseen(), watch->trends()};
 }
 
 std::vector<std::string> augmented_names(const Model& model) {
@@ -251,6 +256,7 @@ nlohmann::ordered_json estimate_json(const EstimateSummary& s) {
   if (s.input) json["input"] = input_json(*s.input);
   if (s.watch) {
     json["events"] = s.watch->events;
+    json["doubts_model"] = s.watch->doubts_model;
     json["unseen"] = s.watch->unseen;
     json["trends"] = trends_json(s.watch->trends);
   }

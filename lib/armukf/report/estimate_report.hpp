@@ -21,6 +21,7 @@ namespace armukf {
 /// What a watch has come to.
 struct WatchSummary {
   std::size_t events = 0;           // changes of the machine
+  bool doubts_model = false;        // too many for the machine's own
   std::vector<std::string> unseen;  // of what none would have shown at the end
   std::vector<Trend> trends;
 };
