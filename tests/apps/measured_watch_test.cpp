@@ -27,7 +27,8 @@ class MeasuredWatch : public Program {
   }
 
   /// The first lines of the events of the record, altered from kOnset on.
-  std::vector<nlohmann::json> events(const std::function<void(std::size_t)>& alter) {
+  std::vector<nlohmann::json> events(const std::function<void(std::size_t)>& alter,
+                                     const std::string& options = "") {
     for (std::size_t k = samples_.size(); k-- > 0;)
       if (samples_[k].t >= kOnset) alter(k);
     std::string text = "t,u,y\n";
@@ -35,7 +36,7 @@ class MeasuredWatch : public Program {
     put("altered.csv", text);
     std::vector<nlohmann::json> all;
     for (const std::string& line :
-         lines_of(run("estimate altered.csv --watch --events - --quiet").output))
+         lines_of(run("estimate altered.csv --watch --events - --quiet " + options).output))
       if (auto event = nlohmann::json::parse(line); !event["settled"]) all.push_back(event);
     return all;
   }
@@ -64,6 +65,21 @@ TEST_F(MeasuredWatch, FindsACommandThatIsRecordedTooSmall) {
   EXPECT_NE(std::ranges::find(possible, "torque_gain"), possible.end());
   EXPECT_GT(found[0]["t"], kOnset);
   EXPECT_LT(found[0]["t"], kOnset + 1.5);
+}
+
+/// Believed to be next to free of noise, the record shows changes that no share can make.
+TEST_F(MeasuredWatch, LeavesNoBoundByWhatItTakesForAChange) {
+  put("sure.toml",
+      "[noise]\nsensor = 0.05\nmotor_torque = 0.0\ngear_torque = 0.0\n"
+      "model_error = { start = 16.0, least = 0.0, gain = 0.0, time_s = 0.03 }\n"
+      "parameter_walk = { start = 0.42, floor = 0.0, time_s = 1.0 }\n");
+  for (const auto& event :
+       events([&](std::size_t k) { samples_[k].u *= 0.9; }, "--model sure.toml")) {
+    const std::string what = event["what"];
+    if (what != "a_m" && what != "a_g") continue;
+    EXPECT_GT(event["to"], 0.0) << what;
+    EXPECT_LT(event["to"], 1.0) << what;
+  }
 }
 
 }  // namespace
