@@ -45,8 +45,9 @@ bool Watch::State::has_moved(const PastBelief& from) const {
     const double by =
         std::abs(from.values[w.parameter] - condition.parameters[w.parameter]) / w.usual;
     const double chance = i < P.size() ? kBeyondChance * std::sqrt(P(i, i)) / w.usual : kInfinite;
-    if (knows_noise && by > std::min(w.linear, std::max(kSoonBent * w.linear, chance))) return true;
-    if (!knows_noise && by > std::max(1.0, chance)) return true;
+    const double most =
+        knows_noise ? std::clamp(chance, kSoonBent * w.linear, w.linear) : std::max(1.0, chance);
+    if (by > most) return true;
   }
   return false;
 }
