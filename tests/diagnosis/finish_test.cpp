@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -75,6 +77,23 @@ TEST(Finished, HasNoEffectThatIsWithinSoManyOfItsDeviations) {
   EXPECT_TRUE(found.diagnosis.effects.empty());
   EXPECT_EQ(found.diagnosis.candidates[0].refused_because,
             "the completed model has none of it beyond its deviation");
+}
+
+/// Of a friction that warms up slowly so short a record tells no more than how fast it falls: size
+/// and time are known to no better than a factor, and yet there is something.
+TEST(Finished, HasAnEffectOfWhichOnlyTheBeginningIsThere) {
+  Model truth = published_estimate();
+  truth.add_effect("thermal_friction");
+  truth.parameter("thermal_friction").value = -0.6;
+  truth.parameter("thermal_friction_time").value = 6.0;
+  Found found(truth, {"thermal_friction"});
+  const Simulated simulated = found.finish(kInfinite);
+  ASSERT_EQ(found.diagnosis.effects.size(), 1u);
+  const FittedModel& fit = simulated.estimation;
+  const int size = fit.model.index_of("thermal_friction");
+  const auto at = std::ranges::find(fit.parameters, size, &ParameterEstimate::position);
+  ASSERT_NE(at, fit.parameters.end());
+  EXPECT_LT(std::abs(fit.model.parameters[size].value), found.settings.most_sds_of_none * at->sd);
 }
 
 TEST(Finished, HasNoEffectOfWhichThereIsNone) {

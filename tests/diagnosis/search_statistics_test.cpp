@@ -6,6 +6,7 @@
 #include <string>
 
 #include "armukf/core/residual_tests.hpp"
+#include "armukf/diagnosis/candidates.hpp"
 #include "armukf/diagnosis/foresight.hpp"
 #include "armukf/diagnosis/score.hpp"
 #include "armukf/diagnosis/trial.hpp"
@@ -65,6 +66,42 @@ TEST(NullStatistics, DistancesOfAnEffectFromNoneAreThoseOfChance) {
     }
     expect_uniform_or_above(values);
   }
+}
+
+/// The same of an effect with a shape, at its likeliest point of the grid.
+TEST(NullStatistics, DistancesOfAnEffectWithAShapeAreThoseOfChance) {
+  std::vector<double> values;
+  const std::vector<Trial> trials = trials_of("thermal_friction", published_estimate(), {});
+  const Looks looks = looks_of(trials);
+  for (unsigned seed = 1; seed <= kRecords; ++seed) {
+    const std::vector<Record> pieces = null_record(seed);
+    double least = 1.0;
+    for (const Trial& trial : trials) {
+      const ForesightFit fit =
+          fit_foresight(trial.model, {}, pieces, {}, kForesightDensity, 5, Extent::kJudged);
+      const Distance from_none =
+          distance_from_none(trial, published_estimate(), fit.model, fit.scatter);
+      least = std::min(least, corrected(from_none.p_value(), trial.effect, looks));
+    }
+    values.push_back(least);
+  }
+  expect_uniform_or_above(values);
+}
+
+/// Of a slow change so short a record tells no more than how fast it is: size and time are known to
+/// no better than a factor, and yet it is not chance.
+TEST(DistanceFromNone, IsNotChanceWhereOnlyTheBeginningIsThere) {
+  Model truth = published_estimate();
+  truth.add_effect("thermal_friction");
+  truth.parameter("thermal_friction").value = -0.6;
+  truth.parameter("thermal_friction_time").value = 6.0;
+  const std::vector<Record> pieces{noisy_record(truth, kSamples, 0.05, 0.5, 3)};
+  Trial trial = trials_of("thermal_friction", published_estimate(), {}).front();
+  const ForesightFit fit =
+      fit_foresight(trial.model, {}, pieces, {}, kForesightDensity, 60, Extent::kJudged);
+  EXPECT_GT(distance(fit.model, fit.scatter, trial.sizes, {0.0}).p_value(), 0.01);
+  EXPECT_LT(distance_from_none(trial, published_estimate(), fit.model, fit.scatter).p_value(),
+            1e-4);
 }
 
 /// What the verdict rests on: torques that might act besides.

@@ -155,8 +155,8 @@ void expect_kalman_with_room(const Filter& filter) {
   EXPECT_LT(worst_difference(filter, roomy, MeasuredRow{kMeasured}, model), kTolerance);
 }
 
-// The last has a negative weight of the centre point.
-constexpr std::array kSpreads{UnscentedSpread{}, UnscentedSpread{.alpha = 0.5}, kCubatureSpread,
+// Of the first and the last the centre point has a negative weight.
+constexpr std::array kSpreads{UnscentedSpread{}, UnscentedSpread{.alpha = 1.0}, kCubatureSpread,
                               UnscentedSpread{1.0, 2.0, 3.0 - kSize}};
 
 TEST(LinearModelWithProcessNoise, EkfIsTheKalmanFilter) {

@@ -49,7 +49,8 @@ class ArmFilter : public ::testing::Test {
 };
 
 TEST_F(ArmFilter, FastUkfIsTheTextbooksOne) {
-  Textbook slow(1.0, 2.0, 0.0);
+  constexpr UnscentedSpread kSpread{1.0, 2.0, 0.0};
+  Textbook slow(kSpread.alpha, kSpread.beta, kSpread.kappa);
   Gaussian<Shape> fast;
   StepNoise<Shape> noise{};
   for (int i = 0; i < 12; ++i) {
@@ -57,7 +58,7 @@ TEST_F(ArmFilter, FastUkfIsTheTextbooksOne) {
     slow.covariance(i, i) = fast.covariance[i][i] = prior(i) * prior(i);
     noise[i] = kQ;
   }
-  const Unscented<Shape> rule;
+  const Unscented<Shape> rule(kSpread);
   for (std::size_t k = 1; k < samples_.size(); ++k) {
     const ArmStep<5> step = arm(samples_[k - 1]);
     slow.predict(

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <random>
 #include <set>
@@ -11,6 +12,7 @@
 #include "armukf/core/dual.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/model/dynamics.hpp"
+#include "armukf/model/effects/lag_rate.hpp"
 #include "armukf/model/model.hpp"
 
 namespace armukf {
@@ -295,6 +297,20 @@ TEST(Effects, TogetherLeaveEveryMassItsInertia) {
   model.parameter("payload").value = -0.9;
   model.parameter("payload_time").value = 5.0;
   EXPECT_FALSE(model.is_physical(model.values()));
+}
+
+TEST(Lags, AreNothingWhereThereIsNoneAndLagsAloneWhereTheyAreLong) {
+  using namespace std::complex_literals;
+  using effects::lag_rate;
+  const double omega = 2.0 * std::numbers::pi * 60.0;  // rad/s
+  const auto response = [&](double time) {             // (1 + T0 s) / (1 + (T + T0) s)
+    const double pole = 1.0 / lag_rate(time);
+    return (1.0 + 1i * omega * (pole - time)) / (1.0 + 1i * omega * pole);
+  };
+  EXPECT_EQ(response(0.0), 1.0 + 0i);
+  const double late = 4e-3;
+  EXPECT_LT(std::abs(response(late) * (1.0 + 1i * omega * late) - 1.0), 0.01);
+  for (double time = 0.0; time < 5e-3; time += 1e-4) EXPECT_LE(lag_rate(time), lag_rate(0.0));
 }
 
 TEST(Lags, HoldTheirTimeConstantAgainstASlowRamp) {

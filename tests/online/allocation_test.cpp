@@ -47,6 +47,7 @@ INSTANTIATE_TEST_SUITE_P(All, NothingAllocated, testing::Values("", "torque_ripp
 TEST(NothingAllocatedBy, StepsInWhichSomethingWears) {
   constexpr double kRate = 2e-4;  // 1/s
   ExperimentSettings experiment;
+  experiment.seed = 6;  // of a third of such records a small change is told as well
   experiment.samples = 110000;
   experiment.sensor_noise = 0.1;
   experiment.torque_disturbance = 0.05;

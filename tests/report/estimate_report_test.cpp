@@ -30,6 +30,11 @@ bool is_said_to_lack(const EstimateSummary& summary) {
 }
 
 TEST(SimulationText, NamesNoFitThatIsNotANumber) {
+  InnovationStatistics of_one;
+  of_one.add(2.0, 2.0, 0.0, 0.0);
+  EXPECT_EQ(one_step_text(of_one),
+            "  one step ahead: no fit where y does not vary, RMSE 0 rad/s, mean NIS 0.000, too few "
+            "for a Ljung-Box p\n");
   EXPECT_EQ(simulation_text(kNaN, 0.25, {}), "no fit where y does not vary, MSE 0.25 (rad/s)^2");
   EXPECT_EQ(simulation_text(99.5, 0.25, {}), "fit 99.50 %, MSE 0.25 (rad/s)^2");
   EXPECT_EQ(simulation_text(99.5, kInfinite, {}), "cannot be simulated with these values");

@@ -14,6 +14,11 @@ namespace {
 std::atomic<int> idle = 0;
 thread_local bool in_crew = false;
 
+/// How many threads work at once, given what was asked for.
+int threads_for(int asked) {
+  return asked > 0 ? asked : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
 /// How many idle threads there were for this one, at most so many; they are no longer idle.
 int take_idle(int most) {
   if (!in_crew) return 0;
@@ -25,10 +30,6 @@ int take_idle(int most) {
 }
 
 }  // namespace
-
-int threads_for(int asked) {
-  return asked > 0 ? asked : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
 
 Crew::Crew(int threads) : first_(!in_crew), helpers_(first_ ? threads_for(threads) - 1 : 0) {
   in_crew = true;

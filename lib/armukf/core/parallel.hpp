@@ -4,9 +4,6 @@
 
 namespace armukf {
 
-/// How many threads work at once, given what was asked for: 0 is one per processor.
-int threads_for(int asked);
-
 /// The threads that work together while this lives: the one that makes it, and helpers that come
 /// and go with the jobs. Within a crew, or one of its jobs, another one is that one.
 class Crew {

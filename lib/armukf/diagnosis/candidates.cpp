@@ -85,8 +85,7 @@ void keep_best(std::vector<Begun>& begun, std::size_t effects) {
 /// Leaves of each effect the fit that foretells best, best first.
 void keep_first(std::vector<Begun>& begun) {
   std::ranges::stable_sort(begun, {}, &Begun::level);
-  std::map<std::string, int> count;
-  std::erase_if(begun, [&](const Begun& b) { return count[b.trial->effect]++ > 0; });
+  keep_first_of_each(begun, 1, [](const Begun& b) { return b.trial->effect; });
 }
 
 /// Of these, best first, how many are not far behind the best. without: the level without effect.
@@ -159,8 +158,7 @@ std::vector<Start> starts_on(const std::vector<ForesightFit>& bases, std::size_t
     starts.push_back({&trials[i], base, std::move(suggestions[i])});
   std::ranges::stable_sort(starts, std::greater{},
                            [](const Start& s) { return s.suggestion.share; });
-  std::map<std::string, std::size_t> count;
-  std::erase_if(starts, [&](const Start& s) { return count[s.trial->effect]++ >= of_each; });
+  keep_first_of_each(starts, of_each, [](const Start& s) { return s.trial->effect; });
   // A law is linear in its sizes: where the step that is suggested goes too far, a fit goes the
   // right way from none of it.
   for (const Trial& trial : trials) {
@@ -283,6 +281,19 @@ Explained best_of(std::vector<Halfway> halfway, const TraceRecords& records) {
   return std::move(*best);
 }
 
+/// Positions of what the newest effect's shapes have unknown.
+std::vector<int> unknown_shapes(const Model& model) {
+  const EffectSlot& slot = model.effects.back();
+  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
+  std::vector<int> shapes;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const int position = slot.first_parameter + static_cast<int>(i);
+    if (parameters[i].role == Role::kShape && !model.parameters[position].known)
+      shapes.push_back(position);
+  }
+  return shapes;
+}
+
 /// Name of a shape of the newest effect that is at its lower bound; empty if none is.
 std::string shape_at_bound(const Model& model) {
   constexpr double kClose = 0.01;
@@ -296,6 +307,18 @@ std::string shape_at_bound(const Model& model) {
   return "";
 }
 
+/// How far an effect's sizes are from none, and the chance of that, given all that was looked at.
+struct Chance {
+  double statistic;
+  double p_value;
+};
+
+Chance chance_of(const Trial& trial, const Explained& now, const ForesightFit& fit,
+                 const Looks& looks) {
+  const Distance from_none = distance_from_none(trial, now.fit.model, fit.model, fit.scatter);
+  return {from_none.squared, corrected(from_none.p_value(), trial.effect, looks)};
+}
+
 /// Against what is to be surpassed.
 void judge(const Explained& now, const TraceRecords& records, const Looks& looks,
            const AcceptanceSettings& acceptance, Refit& refit) {
@@ -307,9 +330,9 @@ void judge(const Explained& now, const TraceRecords& records, const Looks& looks
   if (!records.validation.empty())
     evidence.witnesses.push_back({"the validation record", now.validation,
                                   refit.explained.validation, records.validation_guards});
-  const Distance from_none = distance_from_none(refit.trial, now.fit.model, fit.model, fit.scatter);
-  evidence.statistic = from_none.squared;
-  evidence.p_value = corrected(from_none.p_value(), refit.trial.effect, looks);
+  const Chance chance = chance_of(refit.trial, now, fit, looks);
+  evidence.statistic = chance.statistic;
+  evidence.p_value = chance.p_value;
   evidence.at_bound = shape_at_bound(fit.model);
   refit.parameters = static_cast<int>(fit.model.unknowns().size()) -
                      static_cast<int>(now.fit.model.unknowns().size());
@@ -339,8 +362,7 @@ Refit to_the_end(const Trial& trial, const ForesightFit& near, const TraceRecord
 Refit ended(const Trial& trial, const ForesightFit& near, const Explained& now, const Looks& looks,
             const TraceRecords& records, const AcceptanceSettings& acceptance) {
   return to_the_end(trial, near, records, [&](const ForesightFit& fit) {
-    const Distance from_none = distance_from_none(trial, now.fit.model, fit.model, fit.scatter);
-    return corrected(from_none.p_value(), trial.effect, looks) <= acceptance.most_p;
+    return chance_of(trial, now, fit, looks).p_value <= acceptance.most_p;
   });
 }
 
@@ -349,8 +371,7 @@ void judge_all(const Explained& now, const TraceRecords& records, const Looks& l
                const AcceptanceSettings& acceptance, std::vector<Refit>& refits) {
   for (Refit& refit : refits) judge(now, records, looks, acceptance, refit);
   std::ranges::stable_sort(refits, std::greater{}, [](const Refit& r) { return r.merit(); });
-  std::map<std::string, int> count;
-  std::erase_if(refits, [&](const Refit& r) { return count[r.trial.effect]++ > 0; });
+  keep_first_of_each(refits, 1, [](const Refit& r) { return r.trial.effect; });
 }
 
 /// Fits of what explains much as well may have ended in another minimum than the best one's: once
@@ -420,7 +441,13 @@ Distance distance_from_none(const Trial& trial, const Model& before, const Model
     const bool was_known = i < static_cast<int>(before.parameters.size());
     none.push_back(was_known ? before.parameters[i].value : 0.0);
   }
-  return distance(fit, scatter, trial.sizes, none);
+  const Distance all_follow = distance(fit, scatter, trial.sizes, none);
+  const std::vector<int> shapes = unknown_shapes(fit);
+  if (shapes.empty()) return all_follow;
+  Distance as_found = distance(fit, scatter, trial.sizes, none, shapes);
+  Distance found = as_found.p_value() < all_follow.p_value() ? as_found : all_follow;
+  found.looks = 2;
+  return found;
 }
 
 Explained explained(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,

@@ -67,7 +67,11 @@ struct Refit {
 /// these the one of most merit. Null if nothing counts.
 const Refit* best_found(const std::vector<Refit>& refits);
 
-/// How far an effect that was fitted is from none of it, by how that fit scatters.
+/// How far an effect that was fitted is from none of it, by how that fit scatters. Of none of it
+/// every shape is as good: where the record hardly tells size and shape from each other, as of what
+/// has only begun, the size may seem to be anything, and is looked at with the shape as it is.
+/// Source: R. B. Davies, "Hypothesis testing when a nuisance parameter is present only under the
+/// alternative", Biometrika 74, 1987.
 Distance distance_from_none(const Trial& trial, const Model& before, const Model& fit,
                             const Scatter& scatter);
 

@@ -12,6 +12,7 @@
 #include "armukf/batch/pieces.hpp"
 #include "armukf/batch/searches.hpp"
 #include "armukf/core/parallel.hpp"
+#include "armukf/fit/dense.hpp"
 
 namespace armukf {
 namespace {
@@ -71,19 +72,46 @@ std::size_t heaviest(const Completing& completing, const Diagnosis& diagnosis, c
   return place;
 }
 
+/// Deviation of the parameter at that position where some others are as they were found; 0 where
+/// nothing is told of it.
+double told_within(const FittedModel& fit, int position, const std::vector<int>& given) {
+  const auto place = [&](int of) {
+    const auto at = std::ranges::find(fit.parameters, of, &ParameterEstimate::position);
+    const bool told = at != fit.parameters.end() && std::isfinite(at->sd);
+    return told ? static_cast<int>(at - fit.parameters.begin()) : -1;
+  };
+  const int own = place(position);
+  if (own < 0) return 0.0;
+  std::vector<int> places;
+  for (const int of : given)
+    if (const int at = place(of); at >= 0) places.push_back(at);
+  const auto n = static_cast<Eigen::Index>(places.size());
+  Eigen::MatrixXd among(n, n);
+  Eigen::VectorXd with_own(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    with_own[i] = fit.covariance(places[i], own);
+    for (Eigen::Index j = 0; j < n; ++j) among(i, j) = fit.covariance(places[i], places[j]);
+  }
+  const double by_others = n > 0 ? with_own.dot(symmetric_solution(among, with_own)) : 0.0;
+  return std::sqrt(std::max(0.0, fit.covariance(own, own) - by_others));
+}
+
 /// Whether all that makes an effect larger than nothing is 0, or no more of its deviations from it
-/// than that.
+/// than that, its shapes as they are.
 bool is_none(const EffectSlot& slot, const FittedModel& fit, double most_sds) {
   constexpr double kNothing = 1e-9;  // of a typical size: what a bound leaves
   const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
+  std::vector<int> shapes;
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (parameters[i].role == Role::kShape)
+      shapes.push_back(slot.first_parameter + static_cast<int>(i));
   bool any = false;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     if (parameters[i].role != Role::kSize) continue;
     any = true;
     const int position = slot.first_parameter + static_cast<int>(i);
     const double size = std::abs(fit.model.parameters[position].value);
-    const auto told = std::ranges::find(fit.parameters, position, &ParameterEstimate::position);
-    const double sd = told != fit.parameters.end() && std::isfinite(told->sd) ? told->sd : 0.0;
+    const double sd = told_within(fit, position, shapes);
     if (!(size <= std::max(kNothing * parameters[i].scale, most_sds * sd))) return false;
   }
   return any;

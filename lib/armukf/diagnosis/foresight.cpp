@@ -11,6 +11,7 @@
 #include "armukf/batch/prediction.hpp"
 #include "armukf/batch/sensitivity.hpp"
 #include "armukf/core/constants.hpp"
+#include "armukf/core/parallel.hpp"
 #include "armukf/diagnosis/base_fit.hpp"
 #include "armukf/fit/covariance.hpp"
 #include "armukf/fit/dense.hpp"
@@ -83,8 +84,8 @@ std::vector<double> damped(const OutputError& error, const Variables& variables,
 /// Deviations of the unknowns, from what each part of the rows would change, taken for independent
 /// of the other parts.
 void tell_deviations(const OutputError& error, const Minimum& minimum,
-                     const OutputError::Evaluation& at, ForesightFit& fit) {
-  const Eigen::MatrixXd slopes = fit.scatter.slopes();
+                     const OutputError::Evaluation& at, const Eigen::MatrixXd& slopes,
+                     ForesightFit& fit) {
   const Eigen::MatrixXd inverse = inverse_information(at.J);
   const Eigen::MatrixXd all =
       inverse * slopes * slopes.transpose() * inverse * kScatterParts / (kScatterParts - 1.0);
@@ -98,14 +99,15 @@ void tell_deviations(const OutputError& error, const Minimum& minimum,
 
 /// The models without a block each: a damped Gauss-Newton step on the others.
 void leave_out(const OutputError& error, const Variables& variables, const Minimum& minimum,
-               const OutputError::Evaluation& at, ForesightFit& fit) {
+               const OutputError::Evaluation& at, const Eigen::MatrixXd& slopes,
+               ForesightFit& fit) {
   constexpr double kRidge = 1e-3;  // of each variable's information: steers what no row tells
   const Eigen::MatrixXd& information = fit.scatter.information;
-  const Eigen::MatrixXd slopes = fit.scatter.slopes();
   const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::VectorXd slope = slopes.rowwise().sum();
   constexpr int kPartsOfBlock = kScatterParts / kForesightBlocks;
-  for (int block = 0; block < kForesightBlocks; ++block) {
+  fit.left_out.resize(kForesightBlocks);
+  for_each_job(kForesightBlocks, [&](int block) {
     const Eigen::Index first = first_row(at.r.size(), block, kForesightBlocks);
     const Eigen::Index end = first_row(at.r.size(), block + 1, kForesightBlocks);
     const auto its = at.J.middleRows(first, end - first);
@@ -121,7 +123,7 @@ void leave_out(const OutputError& error, const Variables& variables, const Minim
     };
     fit.left_out[block] =
         error.model_at(damped(error, variables, minimum, step, cost_of_others, at.r).data());
-  }
+  });
 }
 
 /// Both, the second if that is worth it.
@@ -130,13 +132,15 @@ void judge(const OutputError& error, const Variables& variables, const Minimum& 
   fit.sd.assign(error.unknowns(), kInfinite);
   fit.covariance = kInfinite * Eigen::MatrixXd::Identity(error.unknowns(), error.unknowns());
   const OutputError::Evaluation at = error.evaluate(minimum.z.data());
-  if (at.valid) {
-    fit.scatter = scatter_of(at);
-    tell_deviations(error, minimum, at, fit);
-    if (worth && !worth(fit)) return;
+  if (!at.valid) {
+    fit.left_out.assign(kForesightBlocks, fit.model);
+    return;
   }
-  fit.left_out.assign(kForesightBlocks, fit.model);
-  if (at.valid) leave_out(error, variables, minimum, at, fit);
+  fit.scatter = scatter_of(at);
+  const Eigen::MatrixXd slopes = fit.scatter.slopes();
+  tell_deviations(error, minimum, at, slopes, fit);
+  if (worth && !worth(fit)) return;
+  leave_out(error, variables, minimum, at, slopes, fit);
 }
 
 /// For a model that has gained states, which no measurement corrects.

@@ -131,8 +131,7 @@ std::vector<NoiseCheck::Promise> NoiseCheck::promising(const std::vector<Trial>&
   std::erase_if(promises, [](const Promise& p) { return !(p.p_value <= kWorthAFit); });
   std::ranges::stable_sort(promises, std::greater{},
                            [](const Promise& p) { return p.suggestion.gain; });
-  std::map<std::string, int> count;
-  std::erase_if(promises, [&](const Promise& p) { return count[p.trial->effect]++ > 0; });
+  keep_first_of_each(promises, 1, [](const Promise& p) { return p.trial->effect; });
   promises.resize(std::min(promises.size(), kMost));
   return promises;
 }

@@ -63,17 +63,24 @@ SumCovariance covariance_of_sum(const Eigen::MatrixXd& columns) {
 }
 
 Distance distance(const Model& fit, const Scatter& scatter, const std::vector<int>& positions,
-                  const std::vector<double>& from) {
+                  const std::vector<double>& from, const std::vector<int>& held) {
   constexpr double kTold = 1e-4;  // of the largest eigenvalue: less is no information
   const Eigen::MatrixXd& information = scatter.information;
   if (information.size() == 0) return {};
   const std::vector<int> unknowns = fit.unknowns();
   std::vector<Eigen::Index> own;
   std::vector<Eigen::Index> others;
+  int count_held = 0;
   for (Eigen::Index i = 0; i < information.rows(); ++i) {
-    const bool is_own = i < static_cast<Eigen::Index>(unknowns.size()) &&
-                        std::ranges::find(positions, unknowns[i]) != positions.end();
-    (is_own ? own : others).push_back(i);
+    const auto is_among = [&](const std::vector<int>& some) {
+      return i < static_cast<Eigen::Index>(unknowns.size()) &&
+             std::ranges::find(some, unknowns[i]) != some.end();
+    };
+    if (is_among(held)) {
+      ++count_held;
+    } else {
+      (is_among(positions) ? own : others).push_back(i);
+    }
   }
   const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
@@ -98,11 +105,12 @@ Distance distance(const Model& fit, const Scatter& scatter, const std::vector<in
   const SumCovariance covariance = covariance_of_sum(directions.transpose() * left_slopes);
   const double squared = score.dot(symmetric_solution(covariance.matrix, score));
   return {std::isfinite(squared) ? std::max(0.0, squared) : 0.0, static_cast<int>(told),
-          covariance.parts};
+          covariance.parts, count_held};
 }
 
 double Distance::p_value() const {
-  return directions > 0 ? hotelling_tail(squared, directions, parts - 1.0) : 1.0;
+  if (directions == 0) return 1.0;
+  return std::min(1.0, looks * hotelling_tail(squared, directions + held, parts - 1.0));
 }
 
 }  // namespace armukf

@@ -50,12 +50,15 @@ struct Distance {
   double squared = 0.0;
   int directions = 0;
   int parts = kScatterParts;  // that told how the fit scatters
+  int held = 0;               // unknowns that are as they were found
+  int looks = 1;              // distances of which this one is the least likely
 
   double p_value() const;  // that chance alone leads as far
 };
 
-/// fit: the model at its minimum; positions: of those of its unknowns; from: the other values.
+/// fit: the model at its minimum; positions: of those of its unknowns; from: the other values. All
+/// others follow but those that are held: of these each counts as if it led away by itself.
 Distance distance(const Model& fit, const Scatter& scatter, const std::vector<int>& positions,
-                  const std::vector<double>& from);
+                  const std::vector<double>& from, const std::vector<int>& held = {});
 
 }  // namespace armukf

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <string>
 #include <vector>
@@ -46,6 +47,13 @@ Looks looks_of(const std::vector<Trial>& trials);
 /// The chance of a result for all that was looked at: each effect has the same share in a wrong
 /// decision, and each of its trials the same share of that.
 double corrected(double chance, const std::string& effect, const Looks& looks);
+
+/// Leaves of each effect the first so many, in their order; effect_of(one) tells whose it is.
+template <class T, class EffectOf>
+void keep_first_of_each(std::vector<T>& all, std::size_t most, EffectOf effect_of) {
+  std::map<std::string, std::size_t> count;
+  std::erase_if(all, [&](const T& one) { return count[effect_of(one)]++ >= most; });
+}
 
 /// Of one effect.
 std::vector<Trial> trials_of(std::string_view effect, const Model& model,

@@ -88,7 +88,9 @@ void Alarm::find_bend(const Model& model, const std::vector<Changeable>& what) {
     if (!what[i].is_parameter() || model.parameters[what[i].parameter].known) continue;
     const double sd = test_.offset_sd(static_cast<int>(i));
     const double off = test_.offset()[i];
-    now = std::max(now, 1.0 + (sd * sd + off * off) / (what[i].linear * what[i].linear));
+    const double square = sd * sd + off * off;
+    const double shown = std::min(1.0, test_.recent_information()[i] * square);
+    now = std::max(now, 1.0 + shown * square / (what[i].linear * what[i].linear));
   }
   double& oldest = bends_of_looks_[looks_ % bends_of_looks_.size()];
   bend_ = oldest == 0.0 ? now : oldest;

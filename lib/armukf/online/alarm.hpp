@@ -55,7 +55,8 @@ class Alarm {
   /// have changed, so that what is past tells of the spread. True where something has left the ring
   /// for the past.
   bool look(double memory_s, bool learns);
-  /// How far predictions bend by now.
+  /// How far predictions bend by now: by as much of a parameter's doubt as the last seconds show.
+  /// What they hardly tell bends nothing, however far off it may be.
   void find_bend(const Model& model, const std::vector<Changeable>& what);
 
   /// Twice the log of the likelihood ratio of the i-th change.

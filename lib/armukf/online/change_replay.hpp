@@ -49,9 +49,9 @@ class ChangeReplay {
     if (memory == nullptr) return;
     conditions_.assign(1, before);
     for (std::size_t i = 0; i < what.size(); ++i) {
-      const double least = least_amount(*model_, before, what[i]) / what[i].usual;
       const double a = trials_[i].amount;
-      for (const double amount : {a, scans_ ? 1.0 : a + kProbe, scans_ ? std::max(-1.0, least) : a})
+      const double less = scans_ ? amount_within(*model_, before, what[i], -1.0) : a;
+      for (const double amount : {a, scans_ ? 1.0 : a + kProbe, less})
         conditions_.push_back(altered(before, what[i], amount * what[i].usual));
     }
     bank_.freeze(conditions_, noise, sample_s);
@@ -77,8 +77,7 @@ class ChangeReplay {
       } else {
         improve(trials_[i], sums_[i]);
       }
-      const double least = least_amount(*model_, before, what[i]) / what[i].usual;
-      trials_[i].amount = std::max(trials_[i].amount, least);
+      trials_[i].amount = amount_within(*model_, before, what[i], trials_[i].amount);
     }
     scans_ = false;
   }

@@ -18,7 +18,8 @@ constexpr double kDoubtOfScale = 0.1;
 constexpr double kDoubtOfSum = 0.01;
 // Coulomb friction is most of the friction: the simpler name goes first where both would do.
 constexpr double kLogPriorOfLevel = -2.0;
-constexpr double kLeastPart = 0.05;  // of its scale: what a value near 0 is taken for
+constexpr double kMostOfRoom = 0.95;  // towards a bound, that one change takes
+constexpr double kLeastPart = 0.05;   // of its scale: what a value near 0 is taken for
 
 // The resonances are sharp: a damping ratio of one in a hundred makes a stiffness that is two in a
 // hundred off another record.
@@ -87,13 +88,23 @@ double value_of(const Condition& c, const Changeable& what) {
 }
 
 double least_amount(const Model& model, const Condition& c, const Changeable& what) {
-  constexpr double kMost = 0.95;  // of what is there
   const double value = value_of(c, what);
-  if (what.is_parameter()) return -kMost * (value - model.parameters[what.parameter].lower);
+  if (what.is_parameter()) return -kMostOfRoom * (value - model.parameters[what.parameter].lower);
   if (what.beyond == &Condition::input_delay) return -value;
   if (what.beyond == &Condition::torque_bias || what.beyond == &Condition::sensor_bias)
     return -kInfinite;
-  return -kMost * (1.0 + value);
+  return -kMostOfRoom * (1.0 + value);
+}
+
+double most_amount(const Model& model, const Condition& c, const Changeable& what) {
+  if (!what.is_parameter()) return kInfinite;
+  return kMostOfRoom * (model.parameters[what.parameter].upper - value_of(c, what));
+}
+
+double amount_within(const Model& model, const Condition& c, const Changeable& what,
+                     double amount) {
+  return std::clamp(amount, std::min(0.0, least_amount(model, c, what) / what.usual),
+                    std::max(0.0, most_amount(model, c, what) / what.usual));
 }
 
 Condition altered(Condition c, const Changeable& what, double amount) {

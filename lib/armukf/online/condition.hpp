@@ -81,8 +81,13 @@ void resize(std::vector<Changeable>& all, const Model& model, const Condition& c
 
 double value_of(const Condition& condition, const Changeable& what);
 
-/// The least amount by which it can change: it is then at its bound, or next to it.
+/// The least amount by which it can change, and the most: it is then at its bound, or next to it.
 double least_amount(const Model& model, const Condition& condition, const Changeable& what);
+double most_amount(const Model& model, const Condition& condition, const Changeable& what);
+
+/// An amount of its usual sizes, within these two; none where it is beyond its bounds already.
+double amount_within(const Model& model, const Condition& condition, const Changeable& what,
+                     double amount);
 
 /// The condition with `what` larger by `amount`, all else as it was.
 Condition altered(Condition condition, const Changeable& what, double amount);

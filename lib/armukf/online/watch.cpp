@@ -66,7 +66,11 @@ void Watch::State::look(Session& session) {
   // What the session believed some time ago cannot be what an unseen change makes it believe.
   constexpr double kAgoS = 1.5;
   const PastBelief& ago = history.before(watched - kAgoS);
-  if (alarm.likelihood(best) > kQuiet * watch.threshold && is_beyond_drift(best)) return;
+  // What has just begun may be a change or a drift: beginning anew would forget it before it is
+  // told.
+  constexpr double kJustBegunS = 3.0;
+  const bool undecided = is_beyond_drift(best) || watched - alarm.finding(best).onset < kJustBegunS;
+  if (alarm.likelihood(best) > kQuiet * watch.threshold && undecided) return;
   if (has_moved(ago)) {
     take_wear_of_ring(wear);
     return freeze(ago, condition, true);

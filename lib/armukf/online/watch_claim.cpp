@@ -71,19 +71,13 @@ TriedChanges Watch::State::tried() const {
 }
 
 /// The alarm's own finding of the i-th change; a parameter stays within its bounds, and explains by
-/// so much less.
+/// so much less. What lies around the arm need not: a command that is recorded late is a delay
+/// below 0.
 TriedChange Watch::State::as_tried(int i) const {
-  constexpr double kMostOfRoom = 0.95;  // up to the upper bound
   const Finding& found = alarm.finding(i);
   const double information = found.sd > 0.0 ? 1.0 / (found.sd * found.sd) : 0.0;
-  double amount = found.amount;
-  if (what[i].is_parameter()) {
-    const Parameter& p = model.parameters[what[i].parameter];
-    const double room = kMostOfRoom * (p.upper - before.parameters[what[i].parameter]);
-    const double least = least_amount(model, before, what[i]);
-    amount = std::clamp(amount, std::min(0.0, least / what[i].usual),
-                        std::max(0.0, room / what[i].usual));
-  }
+  const double amount =
+      what[i].is_parameter() ? amount_within(model, before, what[i], found.amount) : found.amount;
   const double off = amount - found.amount;
   return {{.amount = amount,
            .onset = found.onset,

@@ -290,11 +290,14 @@ nlohmann::ordered_json simulation_json(const ClosingSimulation& s) {
   return json;
 }
 
+std::string fit_text(double percent) {
+  return std::isnan(percent) ? "no fit where y does not vary"
+                             : fmt::format("fit {:.2f} %", percent);
+}
+
 std::string simulation_text(double percent, double mse, const std::optional<ErrorSums>& free) {
   if (!std::isfinite(mse)) return "cannot be simulated with these values";
-  std::string text = std::isnan(percent)
-                         ? fmt::format("no fit where y does not vary, MSE {:.5g} (rad/s)^2", mse)
-                         : fmt::format("fit {:.2f} %, MSE {:.5g} (rad/s)^2", percent, mse);
+  std::string text = fmt::format("{}, MSE {:.5g} (rad/s)^2", fit_text(percent), mse);
   if (!free) return text;
   return fmt::format("{} over the measured angle (free: {})", text,
                      simulation_text(fit_percent(*free), mean_square_error(*free), {}));
@@ -309,6 +312,14 @@ std::string input_text(const StreamCounts& input) {
       input.faulty, late, repeated, astray, new_clocks);
 }
 
+std::string one_step_text(const InnovationStatistics& innovations) {
+  const double p = innovations.ljung_box_p();
+  return fmt::format(
+      "  one step ahead: {}, RMSE {:.4g} rad/s, mean NIS {:.3f}, {}\n",
+      fit_text(innovations.fit_percent()), innovations.rmse(), innovations.mean_nis(),
+      std::isnan(p) ? "too few for a Ljung-Box p" : fmt::format("Ljung-Box p {:.2g}", p));
+}
+
 std::string estimate_text(const EstimateSummary& s) {
   const RecursiveEstimate& e = s.estimate;
   const InnovationStatistics& innovations = e.tally.innovations();
@@ -317,10 +328,7 @@ std::string estimate_text(const EstimateSummary& s) {
   if (s.input) text += input_text(*s.input);
   if (s.watch) text += watch_text(*s.watch);
   text += parameters_text(e.model, e.sd);
-  text += fmt::format(
-      "  one step ahead: fit {:.2f} %, RMSE {:.4g} rad/s, mean NIS {:.3f}, Ljung-Box p {:.2g}\n",
-      innovations.fit_percent(), innovations.rmse(), innovations.mean_nis(),
-      innovations.ljung_box_p());
+  text += one_step_text(innovations);
   text +=
       fmt::format("  simulated with the final parameters: {}{}\n",
                   simulation_text(s.simulation.fit_percent, s.simulation.mse, s.simulation.free),

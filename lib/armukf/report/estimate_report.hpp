@@ -46,8 +46,13 @@ nlohmann::ordered_json input_json(const StreamCounts& input);
 /// A line of what was left out; empty if nothing was.
 std::string input_text(const StreamCounts& input);
 
-/// How a simulation did; "cannot be simulated with these values" where it ran away, and no percents
-/// of what does not vary, as of a single sample. `free`, of a
+/// "fit 91.20 %"; no percents of what does not vary, as of a single sample.
+std::string fit_text(double fit_percent);
+
+/// The innovations of a run.
+std::string one_step_text(const InnovationStatistics& innovations);
+
+/// How a simulation did; "cannot be simulated with these values" where it ran away. `free`, of a
 /// model with effects of the motor's angle, is the simulation that follows its own angle beside the
 /// one over the measured angle, and is said wherever that one is.
 nlohmann::ordered_json simulation_json(const ClosingSimulation& simulation);

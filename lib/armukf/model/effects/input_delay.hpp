@@ -3,13 +3,14 @@
 #include <array>
 
 #include "armukf/model/effect.hpp"
+#include "armukf/model/effects/lag_rate.hpp"
 
 namespace armukf::effects {
 
 /// The commanded torque u arrives input_delay (D) late. Two sections in a row, each of them
 ///     (1 + (T0 - D/4) s) / (1 + (T0 + D/4) s),
 /// a first-order Pade approximation of D/2 that becomes 1 where D is 0; its phase is right up to
-/// about 1/D rad/s and twice that. T0 = 0.25 ms keeps the poles slow enough for a step of 0.5 ms.
+/// about 1/D rad/s and twice that. T0 is that of a lag by D/4 (lag_rate).
 struct InputDelay {
   static constexpr std::string_view name = "input_delay";
   static constexpr std::array parameters{EffectParameter{"input_delay", "s", 0.0, 0.0, 0.05, 1e-3}};
@@ -24,18 +25,17 @@ struct InputDelay {
 
   template <class T>
   static void rates(const Motion<T>& motion, const T* x, const T* p, T* dx) {
-    const T pole = 1.0 / (kFastest + 0.25 * p[0]);
+    const T pole = lag_rate(T(0.25 * p[0]));
     dx[0] = pole * (motion.input - x[0]);
     dx[1] = pole * (first(motion, x, p) - x[1]);
   }
 
  private:
-  static constexpr double kFastest = 2.5e-4;  // s, T0
-
   /// Output of a section of that input and state.
   template <class T>
   static T output(const T& input, const T& state, const T* p) {
-    const T through = (kFastest - 0.25 * p[0]) / (kFastest + 0.25 * p[0]);
+    const T lag = 0.25 * p[0];
+    const T through = 1.0 - 2.0 * (lag * lag_rate(lag));
     return state + through * (input - state);
   }
 
