@@ -96,7 +96,7 @@ TEST(DistanceFromNone, IsNotChanceWhereOnlyTheBeginningIsThere) {
   truth.parameter("thermal_friction").value = -0.6;
   truth.parameter("thermal_friction_time").value = 6.0;
   const std::vector<Record> pieces{noisy_record(truth, kSamples, 0.05, 0.5, 3)};
-  Trial trial = trials_of("thermal_friction", published_estimate(), {}).front();
+  const Trial trial = trials_of("thermal_friction", published_estimate(), {}).front();
   const ForesightFit fit =
       fit_foresight(trial.model, {}, pieces, {}, kForesightDensity, 60, Extent::kJudged);
   EXPECT_GT(distance(fit.model, fit.scatter, trial.sizes, {0.0}).p_value(), 0.01);
