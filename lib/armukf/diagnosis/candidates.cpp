@@ -281,19 +281,6 @@ Explained best_of(std::vector<Halfway> halfway, const TraceRecords& records) {
   return std::move(*best);
 }
 
-/// Positions of what the newest effect's shapes have unknown.
-std::vector<int> unknown_shapes(const Model& model) {
-  const EffectSlot& slot = model.effects.back();
-  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
-  std::vector<int> shapes;
-  for (std::size_t i = 0; i < parameters.size(); ++i) {
-    const int position = slot.first_parameter + static_cast<int>(i);
-    if (parameters[i].role == Role::kShape && !model.parameters[position].known)
-      shapes.push_back(position);
-  }
-  return shapes;
-}
-
 /// Name of a shape of the newest effect that is at its lower bound; empty if none is.
 std::string shape_at_bound(const Model& model) {
   constexpr double kClose = 0.01;
@@ -442,9 +429,10 @@ Distance distance_from_none(const Trial& trial, const Model& before, const Model
     none.push_back(was_known ? before.parameters[i].value : 0.0);
   }
   const Distance all_follow = distance(fit, scatter, trial.sizes, none);
-  const std::vector<int> shapes = unknown_shapes(fit);
+  std::vector<int> shapes = positions_of(fit.effects.back(), Role::kShape);
+  std::erase_if(shapes, [&](int i) { return fit.parameters[i].known; });
   if (shapes.empty()) return all_follow;
-  Distance as_found = distance(fit, scatter, trial.sizes, none, shapes);
+  const Distance as_found = distance(fit, scatter, trial.sizes, none, shapes);
   Distance found = as_found.p_value() < all_follow.p_value() ? as_found : all_follow;
   found.looks = 2;
   return found;

@@ -12,6 +12,7 @@
 #include "armukf/batch/pieces.hpp"
 #include "armukf/batch/searches.hpp"
 #include "armukf/core/parallel.hpp"
+#include "armukf/diagnosis/trial.hpp"
 #include "armukf/fit/dense.hpp"
 
 namespace armukf {
@@ -101,10 +102,7 @@ double told_within(const FittedModel& fit, int position, const std::vector<int>&
 bool is_none(const EffectSlot& slot, const FittedModel& fit, double most_sds) {
   constexpr double kNothing = 1e-9;  // of a typical size: what a bound leaves
   const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
-  std::vector<int> shapes;
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (parameters[i].role == Role::kShape)
-      shapes.push_back(slot.first_parameter + static_cast<int>(i));
+  const std::vector<int> shapes = positions_of(slot, Role::kShape);
   bool any = false;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     if (parameters[i].role != Role::kSize) continue;

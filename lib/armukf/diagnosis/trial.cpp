@@ -89,15 +89,21 @@ std::string one_more(std::string_view effect, const Model& model) {
 
 }  // namespace
 
+std::vector<int> positions_of(const EffectSlot& slot, Role role) {
+  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
+  std::vector<int> positions;
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (parameters[i].role == role) positions.push_back(slot.first_parameter + static_cast<int>(i));
+  return positions;
+}
+
 std::vector<Trial> trials_of(std::string_view effect, const Model& model,
                              const Suggested& suggested) {
   Trial first{std::string(effect), model, {}};
   first.model.add_effect(effect);
   const EffectSlot& slot = first.model.effects.back();
   const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (parameters[i].role == Role::kSize)
-      first.sizes.push_back(slot.first_parameter + static_cast<int>(i));
+  first.sizes = positions_of(slot, Role::kSize);
   if (parameters.empty()) {  // it frees others: those are what it changes
     for (const int i : first.model.unknowns()) {
       if (!model.parameters[i].known) continue;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "armukf/core/record.hpp"
+#include "armukf/model/effect.hpp"
 #include "armukf/model/model.hpp"
 #include "armukf/ode/propagation.hpp"
 
@@ -21,6 +22,9 @@ struct Trial {
   double harmonic = 1.0;   // 1/rad, how often with that angle
   double looks = 1.0;      // trials that were looked at for each one that is left, as this is
 };
+
+/// Positions of an effect's parameters of that role.
+std::vector<int> positions_of(const EffectSlot& slot, Role role);
 
 /// What the spectra of a residual suggest, and from how many.
 struct Suggested {
