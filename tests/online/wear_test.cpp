@@ -27,7 +27,8 @@ std::vector<Changeable> two_changes(double times = 1.0) {
 /// A machine whose two changes are functions of time, as sums of stretches tell of them.
 class Plant {
  public:
-  explicit Plant(double noise, unsigned seed = 1) : noise_(noise), random_(seed) {}
+  explicit Plant(double noise, unsigned seed = 1, double bend = 0.0)
+      : noise_(noise), bend_(bend), random_(seed) {}
 
   /// What a stretch from t on shows beside the frozen condition: it tells of both, not of each
   /// alone.
@@ -43,7 +44,8 @@ class Plant {
       // A row of D: what one unit of each adds.
       const double d[] = {std::sqrt(kInformation) * what[0].usual / kTorqueUnit,
                           part * std::sqrt(kInformation) * what[1].usual / kBiasUnit};
-      const double e = d[0] * off[0] + d[1] * off[1] + noise_ * normal_(random_);
+      const double e =
+          d[0] * (off[0] + bend_ * off[0] * off[0]) + d[1] * off[1] + noise_ * normal_(random_);
       for (int i = 0; i < 2; ++i) {
         sums.b[i] += d[i] * e;
         for (int j = 0; j < 2; ++j) sums.row(i)[j] += d[i] * d[j];
@@ -54,6 +56,7 @@ class Plant {
 
  private:
   double noise_;
+  double bend_;  // of what the first change, off by its unit, shows
   std::mt19937 random_;
   std::normal_distribution<double> normal_;
 };
@@ -68,7 +71,7 @@ Wear watched(double duration, double noise, const Truth& truth, unsigned seed = 
   wear.begin(what, {});
   Plant plant(noise, seed);
   for (double t = 0.0; t < duration; t += kStretchS)
-    wear.add(plant.stretch(t, truth(t + 0.5 * kStretchS), {}, what), what, {});
+    wear.add(plant.stretch(t, truth(t + 0.5 * kStretchS), {}, what), what, {}, {});
   return wear;
 }
 
@@ -141,7 +144,7 @@ TEST(Wear, DriftGoesOnBeyondAJumpThatWasSaid) {
       wear.jump(what, 0, t, frozen, after);
       frozen = after;
     }
-    wear.add(plant.stretch(t, truth, frozen, what), what, frozen);
+    wear.add(plant.stretch(t, truth, frozen, what), what, frozen, frozen);
   }
   const auto found = found_wear(wear, kPriors, kThreshold);
   ASSERT_TRUE(found[0].drifts);
@@ -167,12 +170,50 @@ TEST(Wear, DoesNotDependOnWhatWasFrozen) {
     const bool first = t < 140.0;
     const Condition frozen = first ? Condition{} : late;
     const auto& units = first ? what : other;
-    wear.add(plant.stretch(t, truth_at(t + 0.5 * kStretchS), frozen, units), units, frozen);
+    wear.add(plant.stretch(t, truth_at(t + 0.5 * kStretchS), frozen, units), units, frozen, frozen);
   }
   const auto found = found_wear(wear, kPriors, kThreshold);
   const auto once = found_wear(watched(300.0, 0.0, truth_at), kPriors, kThreshold);
   // Rounding.
   EXPECT_NEAR(found[0].rate, once[0].rate, 1e-9 * once[0].rate);
+}
+
+/// The session comes ever nearer to what the machine has been all the while, and far off the
+/// predictions were bent: that is no drift, where it is known how far off they were.
+TEST(Wear, BentPredictionIsNoDrift) {
+  const std::vector<Changeable> what = two_changes();
+  const auto found_with = [&](bool knows) {
+    Wear wear(2);
+    wear.begin(what, {});
+    Plant plant(1.0, 1, 1.5);
+    for (double t = 0.0; t < 300.0; t += kStretchS) {
+      Condition frozen;
+      frozen.torque_gain = 0.5 * kTorqueUnit * (1.0 - t / 300.0);
+      wear.add(plant.stretch(t, {}, frozen, what), what, frozen, knows ? Condition{} : frozen);
+    }
+    return found_wear(wear, kPriors, kThreshold);
+  };
+  EXPECT_FALSE(found_with(true)[0].drifts);
+  EXPECT_TRUE(found_with(false)[0].drifts);  // or this test could not fail
+}
+
+/// And what does drift is found beside it.
+TEST(Wear, DriftIsFoundBesideABentBeginning) {
+  const std::vector<Changeable> what = two_changes();
+  Wear wear(2);
+  wear.begin(what, {});
+  Plant plant(1.0, 1, 0.3);
+  for (double t = 0.0; t < 300.0; t += kStretchS) {
+    Condition truth;
+    truth.torque_gain = 2e-4 * t;
+    Condition frozen = truth;
+    frozen.torque_gain += 0.5 * kTorqueUnit * std::exp(-t / 20.0);
+    wear.add(plant.stretch(t, truth, frozen, what), what, frozen, truth);
+  }
+  const auto found = found_wear(wear, kPriors, kThreshold);
+  ASSERT_TRUE(found[0].drifts);
+  EXPECT_NEAR(found[0].rate * kTorqueUnit, 2e-4, 3.0 * found[0].sd * kTorqueUnit);
+  EXPECT_LT(found[0].sd * kTorqueUnit, 2e-5);
 }
 
 TEST(Wear, MemoryIsConstant) {
@@ -184,7 +225,7 @@ TEST(Wear, MemoryIsConstant) {
   for (int k = 0; k < 500000; ++k) {
     sums.begin = 20.0 * k;
     sums.end = sums.begin + 20.0;
-    wear.add(sums, what, {});
+    wear.add(sums, what, {}, {});
   }
   EXPECT_LE(wear.size(), Wear::kLevels * Wear::kPerLevel + 1);
   EXPECT_GT(wear.block(wear.size() - 1).at(), 9.9e6);

@@ -21,6 +21,14 @@ class ChangeReplay {
   ChangeReplay(const Model& model, const Propagation& propagation)
       : model_(&model), bank_(model, propagation), kept_(kKept) {}
 
+  /// Makes room for so many changes: to go over the samples allocates nothing then.
+  void reserve(std::size_t changes) {
+    trials_.reserve(changes);
+    sums_.reserve(changes);
+    conditions_.reserve(1 + kPredictors * changes);
+    bank_.reserve(conditions_.capacity());
+  }
+
   /// Keeps a sample: t (s), after the one before by dt (s).
   void keep(double t, double dt, double u, double y) {
     kept_[next_ % kKept] = {t, dt, u, y};
@@ -98,6 +106,7 @@ class ChangeReplay {
   static constexpr int kKept = 8192;      // samples, 4 s at 2 kHz
   static constexpr int kMemories = 80;    // of 50 ms
   static constexpr double kProbe = 0.05;  // of the usual size
+  static constexpr int kPredictors = 3;   // of a change: as it is tried, and what is tried next
   static constexpr double kLongestStep = 0.4;
   static constexpr double kFirstOnsetStep = 0.06;  // s
 
@@ -121,6 +130,8 @@ class ChangeReplay {
     double samples = 0.0;
   };
 
+  static int first_of(std::size_t change) { return 1 + kPredictors * static_cast<int>(change); }
+
   double earliest_onset() const {
     double earliest = kInfinite;
     for (const Hypothesis& t : trials_)
@@ -142,7 +153,7 @@ class ChangeReplay {
   /// Until its onset a machine is what it was.
   void hold(double t) {
     for (std::size_t i = 0; i < trials_.size(); ++i) {
-      const int first = 1 + 3 * static_cast<int>(i);
+      const int first = first_of(i);
       if (t < trials_[i].onset) {
         bank_.join(first);
         bank_.join(first + 1);
@@ -154,7 +165,7 @@ class ChangeReplay {
   void add(double e, double t) {
     for (std::size_t i = 0; i < sums_.size(); ++i) {
       Sums& s = sums_[i];
-      const int first = 1 + 3 * static_cast<int>(i);
+      const int first = first_of(i);
       if (t > trials_[i].onset) {
         const double own = bank_.innovation(first);
         const double probe = bank_.innovation(first + 1);

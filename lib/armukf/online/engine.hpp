@@ -294,15 +294,27 @@ class Engine {
   double usual_dt() const { return usual_dt_; }  // s; 0 before it is known
   bool learns() const { return coloured_; }
 
-  /// Covariance of two free coordinates: that of the belief, widened where stretches of the samples
-  /// contradict each other.
+  /// Covariance of the physical values of two unknowns, to be believed: that of the belief, widened
+  /// where stretches of the samples contradict each other.
   double covariance(int i, int j) const {
-    return widening_[i] * widening_[j] * model_covariance(i, j);
+    const auto P = [&](int a, int b) { return free_covariance(a, b); };
+    return widening_[i] * widening_[j] *
+           coordinates_->physical_covariance(i, j, parameters_.data(), P);
   }
 
-  /// The same as the belief has it.
-  double model_covariance(int i, int j) const {
-    return filter_.covariance(states() + i, states() + j);
+  /// Deviations of all unknowns, of the same.
+  void deviations(double* sd) const {
+    model_deviations(sd);
+    for (int k = 0; k < coordinates_->size(); ++k) sd[k] *= widening_[k];
+  }
+
+  /// Variance of a free coordinate, widened as its unknown is.
+  double free_variance(int k) const { return widening_[k] * widening_[k] * free_covariance(k, k); }
+
+  /// Deviations as the belief has them.
+  void model_deviations(double* sd) const {
+    const auto P = [&](int i, int j) { return free_covariance(i, j); };
+    coordinates_->deviations(parameters_.data(), P, sd);
   }
 
   /// Part of the innovations' mean square that is beyond what the noise explains, 0 to 1, of the
@@ -456,14 +468,32 @@ class Engine {
     scored_at_ = watched;
     const int first = states();
     const auto theta = [&](int k) { return filter_.mean()[first + k]; };
-    const auto P = [&](int i, int j) { return model_covariance(i, j); };
+    const auto P = [&](int i, int j) { return free_covariance(i, j); };
     if (!scores_.has_begun()) {
       scores_.begin(coordinates_->size(), theta);
     } else {
       scores_.add(theta, P, scores_keep_);
-      for (int k = 0; k < coordinates_->size(); ++k) widening_[k] = scores_.excess(k, P);
+      widen([&](int k) { return scores_.excess(k, P); });
     }
     scores_keep_ = 1.0;
+  }
+
+  /// Stretches contradict each other in free coordinates, by so much each; an unknown that hangs
+  /// together with others (a share) is widened by what these make of it, and never narrowed.
+  template <class Excess>
+  void widen(const Excess& excess) {
+    std::array<double, Shape::kSize> by;
+    std::array<double, Shape::kSize> believed;
+    for (int k = 0; k < coordinates_->size(); ++k) by[k] = excess(k);
+    model_deviations(believed.data());
+    const auto P = [&](int i, int j) { return by[i] * by[j] * free_covariance(i, j); };
+    coordinates_->deviations(parameters_.data(), P, widening_.data());
+    for (int k = 0; k < coordinates_->size(); ++k)
+      widening_[k] = believed[k] > 0.0 ? std::max(1.0, widening_[k] / believed[k]) : 1.0;
+  }
+
+  double free_covariance(int i, int j) const {
+    return filter_.covariance(states() + i, states() + j);
   }
 
   /// Towards `gain` times the innovation's square, over time_s.

@@ -76,6 +76,12 @@ class PredictorBank {
   };
   const Belief& belief() const { return belief_; }
 
+  /// Makes room for so many conditions.
+  void reserve(std::size_t conditions) {
+    machines_.resize(std::max<std::size_t>(machines_.size(), packs_of(conditions)));
+    innovations_.resize(machines_.size());
+  }
+
   /// Goes on with these conditions, of which the first is the filter's own, all of them where that
   /// one is. `sample_s` (s) is the usual interval. Allocates where there are more than ever.
   void freeze(std::span<const Condition> conditions, const PredictorNoise& noise, double sample_s) {
@@ -83,9 +89,8 @@ class PredictorBank {
     noise_ = noise;
     kick_ = sample_s * mobilities(conditions[0].parameters.data())[kDrivenMass];
     count_ = static_cast<int>(conditions.size());
-    pack_count_ = padded(states() + count_, kPackWidth) / kPackWidth;
-    machines_.resize(std::max<std::size_t>(machines_.size(), pack_count_));
-    innovations_.resize(machines_.size());
+    pack_count_ = packs_of(conditions.size());
+    reserve(conditions.size());
     for (int lane = 0; lane < pack_count_ * kPackWidth; ++lane) {
       const int k = lane - states();
       set(lane, k > 0 && k < count_ ? conditions[k] : conditions[0]);
@@ -198,6 +203,9 @@ class PredictorBank {
 
   /// Of the bare arm they are known while compiling.
   int states() const { return N == kArmStates ? N : states_; }
+  int packs_of(std::size_t conditions) const {
+    return padded(states() + static_cast<int>(conditions), kPackWidth) / kPackWidth;
+  }
   int size() const { return states() + kPredictorNoises; }
   int torque_row() const { return states(); }
   int sensor_row() const { return states() + 1; }

@@ -189,7 +189,7 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
   std::visit(
       [&](const auto& r) {
         for (int k = 0; k < coordinates.size(); ++k)
-          first_variances.push_back(r.engine().covariance(k, k));
+          first_variances.push_back(r.engine().free_variance(k));
       },
       runners.front());
 }
@@ -322,11 +322,9 @@ void Session::State::report(const AnyRunner& leader) {
           values[i] = filter.mean()[i];
           deviations[i] = filter.deviation(i);
         }
-        const double* parameters = engine.parameters();
-        const auto covariance = [&](int i, int j) { return engine.covariance(i, j); };
-        coordinates.deviations(parameters, covariance, deviations.data() + own);
+        engine.deviations(deviations.data() + own);
         for (int k = 0; k < coordinates.size(); ++k)
-          values[own + k] = parameters[coordinates.unknowns()[k]];
+          values[own + k] = engine.parameters()[coordinates.unknowns()[k]];
       },
       leader);
 }
@@ -412,10 +410,7 @@ void Session::visit_leader(const Visit& visit) const {
 std::vector<double> Session::model_deviations() const {
   const FreeCoordinates& coordinates = state_->coordinates;
   std::vector<double> of_unknowns(coordinates.size());
-  visit_leader([&](const auto& engine) {
-    const auto P = [&](int i, int j) { return engine.model_covariance(i, j); };
-    coordinates.deviations(engine.parameters(), P, of_unknowns.data());
-  });
+  visit_leader([&](const auto& engine) { engine.model_deviations(of_unknowns.data()); });
   std::vector<double> sd(state_->model.parameters.size(), 0.0);
   for (int k = 0; k < coordinates.size(); ++k) sd[coordinates.unknowns()[k]] = of_unknowns[k];
   return sd;
@@ -428,13 +423,10 @@ SquareMatrix Session::parameter_covariance() const {
 }
 
 void Session::covariance_into(SquareMatrix& covariance) const {
-  const FreeCoordinates& coordinates = state_->coordinates;
   visit_leader([&](const auto& engine) {
-    const auto P = [&](int i, int j) { return engine.covariance(i, j); };
-    for (int i = 0; i < coordinates.size(); ++i)
+    for (int i = 0; i < covariance.size(); ++i)
       for (int j = 0; j <= i; ++j)  // the other half would differ by rounding
-        covariance(i, j) = covariance(j, i) =
-            coordinates.physical_covariance(i, j, engine.parameters(), P);
+        covariance(i, j) = covariance(j, i) = engine.covariance(i, j);
   });
 }
 
@@ -444,7 +436,7 @@ std::vector<std::string> Session::hardly_told() const {
   std::vector<std::string> names;
   visit_leader([&](const auto& engine) {
     for (int k = 0; k < static_cast<int>(unknowns.size()); ++k)
-      if (engine.covariance(k, k) > kLeft * kLeft * state_->first_variances[k])
+      if (engine.free_variance(k) > kLeft * kLeft * state_->first_variances[k])
         names.push_back(state_->model.parameters[unknowns[k]].name);
   });
   return names;

@@ -68,7 +68,7 @@ struct Event {
 /// Where the noise could not be learnt the model lacks something: what that leaves is made white by
 /// what the last seconds foretell of it (ForetellingLearner), and a change has the name and the
 /// size that the alarm finds. Memory and time per sample are constant, apart from the second after
-/// a change, in which the last samples are gone over again; only events and drifts allocate.
+/// a change, in which the last samples are gone over again; only what is told allocates.
 class Watch {
  public:
   Watch(const Model& model, const EstimatorSettings& settings, const WatchSettings& watch = {});

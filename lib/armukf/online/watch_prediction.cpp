@@ -75,7 +75,12 @@ void Watch::State::set_up_bank() {
   conditions.assign(1, condition);
   for (const Changeable& w : what)
     conditions.push_back(altered(condition, w, probe_of(w) * w.usual));
-  std::visit([&](auto& o) { o.bank.freeze(conditions, noise, sample_s); }, observer);
+  std::visit(
+      [&](auto& o) {
+        o.bank.freeze(conditions, noise, sample_s);
+        o.replay.reserve(what.size());
+      },
+      observer);
 }
 
 /// What a model lacks is not noise, and made white by what foretells it. A gain made for it would

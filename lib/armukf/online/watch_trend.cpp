@@ -8,11 +8,13 @@
 
 namespace armukf {
 
-/// Takes sums that the condition was frozen for.
+/// Takes sums that the condition was frozen for. How far off that was, the session knows by now.
 void Watch::State::take_wear(Wear& to, const ChangeSums& sums) const {
   if (sums.begin < watch.trend_s) return;
   if (!to.has_begun()) to.begin(what, condition);
-  to.add(sums, what, condition);
+  Condition believed = condition;
+  std::ranges::copy(history.before(watched).values, believed.parameters.begin());
+  to.add(sums, what, condition, believed);
 }
 
 /// All that the alarm still has in its ring, nothing having changed.
@@ -44,7 +46,7 @@ void Watch::State::doubt_bent(const Wear& in, double threshold, std::span<FoundW
     off[i] = (in.reference(i) - value_of(condition, what[i])) / in.unit(i) + found[i].offset;
     bent = std::max(bent, std::abs(off[i]) * in.unit(i) / (what[i].linear * what[i].usual));
   }
-  const double end = in.block(in.size() - 1).sums.end;
+  const double end = in.block(in.size() - 1).end();
   for (int i = 0; i < count(); ++i) {
     FoundWear& f = found[i];
     if (!(f.sd > 0.0)) continue;
@@ -55,8 +57,8 @@ void Watch::State::doubt_bent(const Wear& in, double threshold, std::span<FoundW
 
 /// What drifts of drive and sensor is followed by all that was seen of it: else the session would
 /// make up for it by its unknowns, and these would seem to drift, or to change. Unknowns the
-/// session follows itself, and friction that drifts leaves them alone. True where there is
-/// something.
+/// session follows itself: it knows better than sums where resonances are. Friction that drifts
+/// leaves them alone. True where there is something.
 bool Watch::State::follow_wear(Session& session) {
   constexpr double kFollowed = 16.0;  // four deviations, squared: to follow is to say nothing yet
   std::array<FoundWear, kMostChangeables> room;
@@ -70,9 +72,9 @@ bool Watch::State::follow_wear(Session& session) {
   worn = history.before(watched);
   worn.t = watched;
   const Condition now = worn_by(found);
-  std::copy_n(now.parameters.begin(), worn.values.size(), worn.values.begin());
   loosen(worn.belief, Wear::kBlockS);
   session.believe(worn.values, worn.belief, now);
+  history.fill(worn);
   freeze(worn, now, false);
   return true;
 }
@@ -87,12 +89,12 @@ bool Watch::State::is_unknown(int i) const {
   return what[i].is_parameter() && !model.parameters[what[i].parameter].known;
 }
 
-/// The unknowns are where all blocks have them, and what drifts has gone on since.
+/// What drifts of drive and sensor has gone on since.
 Condition Watch::State::worn_by(std::span<const FoundWear> found) const {
   Condition now = condition;
   for (int i = 0; i < count(); ++i) {
     const FoundWear& f = found[i];
-    if (!is_unknown(i) && !(f.drifts && is_around(i))) continue;
+    if (!f.drifts || !is_around(i)) continue;
     const double value = wear.reference(i) + wear.unit(i) * f.offset;
     now = altered(now, what[i], value - value_of(now, what[i]));
   }

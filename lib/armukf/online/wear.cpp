@@ -1,16 +1,86 @@
 #include "armukf/online/wear.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 namespace armukf {
+
+WearBlock::WearBlock(int n) : seen_(n), told_(n), bend_(static_cast<std::size_t>(n)) {}
+
+void WearBlock::clear(double begin) {
+  seen_.clear();
+  seen_.begin = begin;
+  std::ranges::fill(bend_, 0.0);
+  moment_ = 0.0;
+  level_ = 0;
+}
+
+void WearBlock::add(const WearBlock& later) {
+  seen_.add(later.seen_);
+  for (std::size_t i = 0; i < bend_.size(); ++i) bend_[i] += later.bend_[i];
+  moment_ += later.moment_;
+  level_ = later.level_ + 1;
+  tell();
+}
+
+void WearBlock::add(const ChangeSums& sums, std::span<const double> scale,
+                    std::span<const double> offset, std::span<const double> bend) {
+  seen_.end = sums.end;
+  seen_.samples += sums.samples;
+  seen_.power += sums.power;
+  moment_ += sums.samples * 0.5 * (sums.begin + sums.end);
+  for (int i = 0; i < sums.n; ++i) {
+    double shift = 0.0;
+    for (int j = 0; j < sums.n; ++j) {
+      const double g = scale[i] * sums.row(i)[j] * scale[j];
+      seen_.row(i)[j] += g;
+      shift += g * offset[j];
+    }
+    seen_.b[i] += scale[i] * sums.b[i] + shift;
+    bend_[i] += sums.samples * bend[i] * bend[i];
+  }
+  tell();
+}
+
+/// With R the part of T that is not 0 and S its root: G - G S (1 + S G S)^-1 S G, and b alike.
+void WearBlock::tell() {
+  constexpr double kLeastBend = 1e-9;
+  told_ = seen_;
+  std::array<int, kMaxParameters> bent;
+  std::array<double, kMaxParameters> sd;
+  int m = 0;
+  for (int i = 0; i < seen_.n && m < kMaxParameters; ++i)
+    if (const double v = bend_[i] / std::max(1.0, seen_.samples); v > kLeastBend * kLeastBend) {
+      bent[m] = i;
+      sd[m++] = std::sqrt(v);
+    }
+  if (m == 0) return;
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxParameters,
+                               kMostChangeables + 1>;
+  Matrix A = Matrix::Identity(m, m);
+  Matrix rows(m, seen_.n + 1);
+  for (int r = 0; r < m; ++r) {
+    for (int c = 0; c < m; ++c) A(r, c) += sd[r] * seen_.row(bent[r])[bent[c]] * sd[c];
+    for (int j = 0; j < seen_.n; ++j) rows(r, j) = sd[r] * seen_.row(bent[r])[j];
+    rows(r, seen_.n) = sd[r] * seen_.b[bent[r]];
+  }
+  const Matrix solved = A.llt().solve(rows);
+  for (int i = 0; i < seen_.n; ++i) {
+    for (int j = 0; j < seen_.n; ++j) told_.row(i)[j] -= rows.col(i).dot(solved.col(j));
+    told_.b[i] -= rows.col(i).dot(solved.col(seen_.n));
+  }
+}
 
 Wear::Wear(int n)
     : steps_(kMostSteps),
       reference_(static_cast<std::size_t>(n)),
       units_(reference_.size()),
       scale_(reference_.size()),
-      offset_(reference_.size()) {
-  blocks_.resize(kLevels * kPerLevel + 2, WearBlock{ChangeSums(n)});
+      offset_(reference_.size()),
+      bend_(reference_.size()) {
+  blocks_.resize(kLevels * kPerLevel + 2, WearBlock(n));
 }
 
 void Wear::begin(const std::vector<Changeable>& what, const Condition& reference) {
@@ -21,38 +91,23 @@ void Wear::begin(const std::vector<Changeable>& what, const Condition& reference
   }
 }
 
-void Wear::add(const ChangeSums& sums, const std::vector<Changeable>& what,
-               const Condition& frozen) {
+/// How far a parameter is off grows with its square what a prediction makes of it that is not so.
+void Wear::add(const ChangeSums& sums, const std::vector<Changeable>& what, const Condition& frozen,
+               const Condition& believed) {
+  constexpr double kBend = 3.0;  // of a parameter that is off as far as it may be
   if (!(sums.samples > 0.0)) return;
   for (std::size_t i = 0; i < what.size(); ++i) {
+    const double at = value_of(frozen, what[i]);
     scale_[i] = units_[i] / what[i].usual;
-    offset_[i] = (value_of(frozen, what[i]) - reference_[i]) / units_[i];
+    offset_[i] = (at - reference_[i]) / units_[i];
+    const double off = value_of(believed, what[i]) - at;
+    bend_[i] = kBend * off / units_[i] * off / (what[i].linear * what[i].usual);
   }
-  const bool full =
-      count_ > 0 && blocks_[count_ - 1].sums.end - blocks_[count_ - 1].sums.begin >= kBlockS;
-  if (count_ == 0 || full) {
+  if (count_ == 0 || blocks_[count_ - 1].length() >= kBlockS) {
     merge();
-    WearBlock& next = blocks_[count_++];
-    next.sums.clear();
-    next.sums.begin = sums.begin;
-    next.moment = 0.0;
-    next.level = 0;
+    blocks_[count_++].clear(sums.begin);
   }
-  WearBlock& open = blocks_[count_ - 1];
-  ChangeSums& to = open.sums;
-  to.end = sums.end;
-  to.samples += sums.samples;
-  to.power += sums.power;
-  open.moment += sums.samples * 0.5 * (sums.begin + sums.end);
-  for (int i = 0; i < sums.n; ++i) {
-    double shift = 0.0;
-    for (int j = 0; j < sums.n; ++j) {
-      const double g = scale_[i] * sums.row(i)[j] * scale_[j];
-      to.row(i)[j] += g;
-      shift += g * offset_[j];
-    }
-    to.b[i] += scale_[i] * sums.b[i] + shift;
-  }
+  blocks_[count_ - 1].add(sums, scale_, offset_, bend_);
 }
 
 void Wear::jump(const std::vector<Changeable>& what, int i, double t, const Condition& from,
@@ -69,17 +124,17 @@ void Wear::jump(const std::vector<Changeable>& what, int i, double t, const Cond
 /// Makes room for a block: where a level has too many, its two oldest become one of the next.
 void Wear::merge() {
   for (int level = 0; level < kLevels; ++level) {
-    const auto is_here = [&](const WearBlock& b) { return b.level == level; };
+    const auto is_here = [&](const WearBlock& b) { return b.level() == level; };
     const auto end = blocks_.begin() + count_;
     if (std::count_if(blocks_.begin(), end, is_here) < kPerLevel) return;
     const int first =
         static_cast<int>(std::find_if(blocks_.begin(), end, is_here) - blocks_.begin());
     if (level + 1 < kLevels) {
-      blocks_[first + 1].sums.add(blocks_[first].sums);
-      blocks_[first + 1].moment += blocks_[first].moment;
-      blocks_[first + 1].level = level + 1;
+      blocks_[first].add(blocks_[first + 1]);
+      drop(first + 1);
+    } else {
+      drop(first);
     }
-    drop(first);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "armukf/online/change_ring.hpp"
@@ -10,17 +11,45 @@
 namespace armukf {
 
 /// Sums of a stretch of time.
-struct WearBlock {
-  ChangeSums sums;
-  double moment = 0.0;  // s, sum of the samples' times
-  int level = 0;        // 2^level blocks of kBlockS
+class WearBlock {
+ public:
+  explicit WearBlock(int n);
 
-  double at() const { return moment / sums.samples; }  // s, their mean
+  /// Begins anew, at this time (s).
+  void clear(double begin);
+  void add(const WearBlock& later);
+  /// Takes sums with the scale and the offset of each change (see Wear), and how far the predictors
+  /// bend: a deviation of what they tell of each.
+  void add(const ChangeSums& sums, std::span<const double> scale, std::span<const double> offset,
+           std::span<const double> bend);
+
+  double begin() const { return told_.begin; }
+  double end() const { return told_.end; }
+  double length() const { return end() - begin(); }
+  double samples() const { return told_.samples; }
+  double at() const { return moment_ / samples(); }  // s, mean of the samples' times
+  int level() const { return level_; }               // 2^level blocks of kBlockS
+
+  /// What the block tells of all changes, as sums. A prediction that bends makes all that is of one
+  /// freezing wrong alike, however many samples there are: with T the variance of that,
+  /// G becomes (G^-1 + T)^-1, and b what has the same solution.
+  const ChangeSums& sums() const { return told_; }
 
   template <class Archive>
   void archive(Archive& archive) {
-    archive(sums, moment, level);
+    archive(seen_, moment_, level_);
+    for (double& v : bend_) archive(v);
+    tell();
   }
+
+ private:
+  void tell();
+
+  ChangeSums seen_;  // as the samples have them
+  ChangeSums told_;
+  std::vector<double> bend_;  // sum of the samples' variances
+  double moment_ = 0.0;       // s, sum of the samples' times
+  int level_ = 0;
 };
 
 /// A jump of the i-th change that is reckoned with: an event, whose size is not quite known.
@@ -48,8 +77,10 @@ class Wear {
   void begin(const std::vector<Changeable>& what, const Condition& reference);
   bool has_begun() const { return !units_.empty() && units_.front() > 0.0; }
 
-  /// Takes sums of which `frozen` was the condition, with the units of `what`.
-  void add(const ChangeSums& sums, const std::vector<Changeable>& what, const Condition& frozen);
+  /// Takes sums of which `frozen` was the condition, with the units of `what`; the machine's is
+  /// believed to have been rather `believed`, and what the predictors say is bent by as much.
+  void add(const ChangeSums& sums, const std::vector<Changeable>& what, const Condition& frozen,
+           const Condition& believed);
   /// The i-th has changed at t (s), and so the machine from one condition to the other: what wears
   /// goes on from there.
   void jump(const std::vector<Changeable>& what, int i, double t, const Condition& from,
@@ -81,6 +112,7 @@ class Wear {
   std::vector<double> units_;
   std::vector<double> scale_;   // of one addition
   std::vector<double> offset_;  // of one addition
+  std::vector<double> bend_;    // of one addition
 };
 
 template <class Archive>

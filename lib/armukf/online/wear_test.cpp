@@ -89,15 +89,15 @@ class Regression {
       const double w = shape.at(block.at());
       if (w == 0.0) continue;
       for (int i = 0; i < n; ++i) {
-        const double* g = block.sums.row(i);
-        score[i] += w * block.sums.b[i];
+        const double* g = block.sums().row(i);
+        score[i] += w * block.sums().b[i];
         information[i] += w * w * g[i];
         for (int j = 0; j < n; ++j) M(j, i) += w * g[j];
       }
       for (std::size_t s = 0; s < count_; ++s) {
         const double other = shapes_[s].at(block.at());
         for (int i = 0; i < n; ++i)
-          M(n + static_cast<int>(s), i) += w * other * block.sums.row(shapes_[s].i)[i];
+          M(n + static_cast<int>(s), i) += w * other * block.sums().row(shapes_[s].i)[i];
       }
     }
     const Matrix AM = root_.solve(M);
@@ -121,8 +121,8 @@ class Regression {
       const WearBlock& block = wear_->block(k);
       for (int r = 0; r < m; ++r) {
         w[r] = factor(r, block);
-        b[r] += w[r] * block.sums.b[index(r)];
-        for (int c = 0; c <= r; ++c) A(r, c) += w[r] * w[c] * block.sums.row(index(r))[index(c)];
+        b[r] += w[r] * block.sums().b[index(r)];
+        for (int c = 0; c <= r; ++c) A(r, c) += w[r] * w[c] * block.sums().row(index(r))[index(c)];
       }
     }
     root_.compute(A);
@@ -145,8 +145,8 @@ class Regression {
       for (std::size_t s = 0; s < count_; ++s)
         c[shapes_[s].i] += amount(static_cast<int>(s)) * shapes_[s].at(block.at());
       for (int i = 0; i < n; ++i) {
-        const double* g = block.sums.row(i);
-        double score = block.sums.b[i];
+        const double* g = block.sums().row(i);
+        double score = block.sums().b[i];
         for (int j = 0; j < n; ++j) score -= g[j] * c[j];
         if (g[i] > kLeastToTell) squares_[i] += score * score / g[i];
       }
@@ -162,7 +162,7 @@ class Regression {
   Vector squares_;
 };
 
-double end_of(const Wear& wear) { return wear.block(wear.size() - 1).sums.end; }
+double end_of(const Wear& wear) { return wear.block(wear.size() - 1).end(); }
 
 Shape ramp(double from, double end) { return {0, from, 1.0 / (end - from)}; }
 
@@ -184,7 +184,7 @@ Candidate best_of(const Regression& fit) {
   };
   const double end = end_of(wear);
   for (int k = 0; k < wear.size(); ++k) {
-    const double from = wear.block(k).sums.begin;
+    const double from = wear.block(k).begin();
     if (end - from >= kShortestS) compare(ramp(from, end));
     if (k > 0) compare({0, from, 0.0});
   }
@@ -211,8 +211,7 @@ struct MeanRate {
 double prior_of_start(const Wear& wear, int block) {
   constexpr double kFromBegin = 0.5;
   if (block == 0) return kFromBegin;
-  const ChangeSums& sums = wear.block(block).sums;
-  return (1.0 - kFromBegin) * (sums.end - sums.begin) / (end_of(wear) - wear.block(0).sums.end);
+  return (1.0 - kFromBegin) * wear.block(block).length() / (end_of(wear) - wear.block(0).end());
 }
 
 /// Of the k-th shape of a fit, the others being what they are.
@@ -227,8 +226,8 @@ MeanRate rate_over_starts(const Regression& fit, int k) {
   MeanRate mean;
   Vector amount;
   Vector information;
-  for (int b = 0; b < wear.size() && end - wear.block(b).sums.begin >= kShortestS; ++b) {
-    const Shape shape = ramp(wear.block(b).sums.begin, end);
+  for (int b = 0; b < wear.size() && end - wear.block(b).begin() >= kShortestS; ++b) {
+    const Shape shape = ramp(wear.block(b).begin(), end);
     rest.look(shape, amount, information);
     if (!(information[i] > kLeastToTell)) continue;
     const double likelihood = amount[i] * amount[i] * information[i] / spread;
@@ -255,7 +254,7 @@ std::vector<FoundWear> found_wear(const Wear& wear, std::span<const WearPrior> p
 
 bool find_wear(const Wear& wear, std::span<const WearPrior> priors, double threshold,
                std::span<FoundWear> found) {
-  if (wear.size() < 2 || end_of(wear) - wear.block(0).sums.begin < kShortestS) return false;
+  if (wear.size() < 2 || end_of(wear) - wear.block(0).begin() < kShortestS) return false;
   std::ranges::fill(found, FoundWear{});
   Regression fit(wear, priors);
   for (int k = 0; k < kMostFound; ++k) {
@@ -264,7 +263,7 @@ bool find_wear(const Wear& wear, std::span<const WearPrior> priors, double thres
     fit.add(best.shape);
   }
   // Of what does not drift: what its rate over all could be.
-  const double begin = wear.block(0).sums.begin;
+  const double begin = wear.block(0).begin();
   const double length = end_of(wear) - begin;
   Vector amount;
   Vector information;
