@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "armukf/online/trend.hpp"
@@ -214,6 +215,34 @@ TEST(Wear, DriftIsFoundBesideABentBeginning) {
   ASSERT_TRUE(found[0].drifts);
   EXPECT_NEAR(found[0].rate * kTorqueUnit, 2e-4, 3.0 * found[0].sd * kTorqueUnit);
   EXPECT_LT(found[0].sd * kTorqueUnit, 2e-5);
+}
+
+/// Of two names for the same change the likelier one beforehand is said.
+TEST(Wear, SimplerNameGoesFirstWhereBothWouldDo) {
+  const std::vector<Changeable> what = two_changes();
+  Wear wear(2);
+  wear.begin(what, {});
+  for (double t = 0.0; t < 300.0; t += kStretchS) {
+    ChangeSums sums(2);
+    sums.begin = t;
+    sums.end = t + kStretchS;
+    sums.samples = 2000.0;
+    const double d[] = {6.0, 6.0};
+    const double e = d[1] * 1e-3 * t;
+    for (int i = 0; i < 2; ++i) {
+      sums.b[i] = d[i] * e;
+      for (int j = 0; j < 2; ++j) sums.row(i)[j] = d[i] * d[j];
+    }
+    sums.row(0)[0] *= 1.0001;  // the first would show a trace more, which does not happen
+    wear.add(sums, what, {}, {});
+  }
+  const auto drifts = [&](double log_prior) {
+    const std::vector<WearPrior> priors{{10.0, 1.0}, {10.0, 1.0, log_prior}};
+    const auto found = found_wear(wear, priors, kThreshold);
+    return std::pair(found[0].drifts, found[1].drifts);
+  };
+  EXPECT_EQ(drifts(0.0), std::pair(false, true));
+  EXPECT_EQ(drifts(-2.0), std::pair(true, false));
 }
 
 TEST(Wear, MemoryIsConstant) {

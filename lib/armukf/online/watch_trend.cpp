@@ -29,7 +29,7 @@ Limits Watch::State::limits_of(const std::string& name) const {
 
 bool Watch::State::finds_wear(const Wear& in, double threshold, std::span<FoundWear> found) const {
   std::array<WearPrior, kMostChangeables> priors;
-  for (int i = 0; i < count(); ++i) priors[i] = {what[i].doubt, alarm.spread(i)};
+  for (int i = 0; i < count(); ++i) priors[i] = {what[i].doubt, alarm.spread(i), what[i].log_prior};
   if (!in.has_begun()) return false;
   if (!find_wear(in, std::span(priors).first(what.size()), threshold, found)) return false;
   doubt_bent(in, threshold, found);

@@ -37,6 +37,7 @@ struct Shape {
 struct Candidate {
   Shape shape;
   double likelihood = 0.0;  // twice the log of its ratio
+  double evidence = 0.0;    // the same with the name's prior
 };
 
 /// The regression of constant parts and some shapes.
@@ -69,6 +70,8 @@ class Regression {
     const int m = constants() + k;
     return root_.solve(Vector::Unit(theta_.size(), m))[m];
   }
+
+  double log_prior(int i) const { return priors_[i].log_prior; }
 
   /// Variance of the i-th change's block scores over that of white innovations, if what is left of
   /// their squares were less by `explained`.
@@ -178,8 +181,9 @@ Candidate best_of(const Regression& fit) {
       if (!(information[i] > kLeastToTell)) continue;
       const double statistic = amount[i] * amount[i] * information[i];
       const double likelihood = statistic / fit.spread(i, statistic);
+      const double evidence = likelihood + 2.0 * fit.log_prior(i);
       shape.i = i;
-      if (likelihood > best.likelihood) best = {shape, likelihood};
+      if (evidence > best.evidence) best = {shape, likelihood, evidence};
     }
   };
   const double end = end_of(wear);
