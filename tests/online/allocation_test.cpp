@@ -49,12 +49,12 @@ INSTANTIATE_TEST_SUITE_P(All, NothingAllocated, testing::Values("", "torque_ripp
 /// followed, and where that is taken for a change the last seconds are gone over again.
 TEST(NothingAllocatedBy, StepsInWhichSomethingWears) {
   constexpr double kRate = 2e-4;  // 1/s
-  constexpr int kRecords = 4;
+  constexpr int kRecords = 2;
   int told = 0;
   for (int seed = 1; seed <= kRecords; ++seed) {
     ExperimentSettings experiment;
     experiment.seed = seed;
-    experiment.samples = 110000;
+    experiment.samples = 100000;
     experiment.sensor_noise = 0.1;
     experiment.torque_disturbance = 0.05;
     const EstimatorSettings settings;
