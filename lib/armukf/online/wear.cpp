@@ -91,7 +91,7 @@ void Wear::begin(const std::vector<Changeable>& what, const Condition& reference
   }
 }
 
-/// How far a parameter is off grows with its square what a prediction makes of it that is not so.
+/// What a prediction gets wrong grows with the square of how far the parameter is off.
 void Wear::add(const ChangeSums& sums, const std::vector<Changeable>& what, const Condition& frozen,
                const Condition& believed) {
   constexpr double kBend = 3.0;  // of a parameter that is off as far as it may be
