@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "armukf/batch/experiment.hpp"
 #include "armukf/batch/speed_reference.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
@@ -114,6 +115,21 @@ void expect_found(const std::vector<Event>& events, const char* what, double to)
 
 TEST(Watch, SaysNothingWhereNothingChanges) {
   EXPECT_TRUE(events_of(record(30.0, published_estimate())).empty());
+}
+
+/// What arithmetic leaves of a simulated record that has no noise is no change.
+TEST(Watch, SaysNothingOfARecordWithoutNoise) {
+  const EstimatorSettings settings;
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    ExperimentSettings experiment;
+    experiment.seed = seed;
+    Session session(published_arm(), settings);
+    Watch watch(published_arm(), settings);
+    for (const Sample& sample :
+         simulate_experiment(published_estimate(), experiment).record.samples)
+      watch.see(session, sample, session.step(sample));
+    EXPECT_EQ(watch.count(), 0U) << "seed " << seed;
+  }
 }
 
 TEST(Watch, FindsAGearThatWears) {

@@ -8,6 +8,10 @@ namespace armukf {
 namespace {
 
 constexpr double kSoonBent = 0.15;  // of what bends predictions, which is so far no matter
+// A simulated record may have no noise at all: what is then left of it is arithmetic, and no test's
+// matter.
+constexpr double kLeastSensor = 0.3;   // of the settings'
+constexpr double kLeastTorque = 0.01;  // N.m a sample
 
 }  // namespace
 
@@ -18,7 +22,8 @@ void Watch::State::freeze(const PastBelief& from, const Condition& at, bool know
   std::ranges::copy(from.values, condition.parameters.begin());
   const LearntNoise& learnt = from.belief.noise;
   sample_s = learnt.sample_s > 0.0 ? learnt.sample_s : 5e-4;
-  noise = {{learnt.torque_sd, learnt.torque_pole}, {learnt.sensor_sd, learnt.sensor_pole}};
+  noise = {{std::max(learnt.torque_sd, kLeastTorque), learnt.torque_pole},
+           {std::max(learnt.sensor_sd, kLeastSensor * settings.noise.sensor), learnt.sensor_pole}};
   const bool knew_noise = std::exchange(knows_noise, learnt.known && !doubts_model());
   if (!knows_noise) noise = noise_of_incomplete_model();
   if (knew_noise && !knows_noise) {
