@@ -44,15 +44,15 @@ void WearBlock::add(const ChangeSums& sums, std::span<const double> scale,
   tell();
 }
 
-/// With R the part of T that is not 0 and S its root: G - G S (1 + S G S)^-1 S G, and b alike.
+/// With S the root of the part of T that is not 0: G - G S (1 + S G S)^-1 S G, and b alike.
 void WearBlock::tell() {
-  constexpr double kLeastBend = 1e-9;
+  constexpr double kLeastVariance = 1e-18;
   told_ = seen_;
   std::array<int, kMaxParameters> bent;
   std::array<double, kMaxParameters> sd;
   int m = 0;
   for (int i = 0; i < seen_.n && m < kMaxParameters; ++i)
-    if (const double v = bend_[i] / std::max(1.0, seen_.samples); v > kLeastBend * kLeastBend) {
+    if (const double v = bend_[i] / std::max(1.0, seen_.samples); v > kLeastVariance) {
       bent[m] = i;
       sd[m++] = std::sqrt(v);
     }

@@ -39,7 +39,7 @@ class WearBlock {
   void archive(Archive& archive) {
     archive(seen_, moment_, level_);
     for (double& v : bend_) archive(v);
-    tell();
+    if constexpr (Archive::kLoads) tell();
   }
 
  private:
