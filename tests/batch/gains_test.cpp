@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "armukf/batch/experiment.hpp"
-#include "armukf/batch/identify.hpp"
 #include "armukf/batch/prediction.hpp"
 #include "armukf/batch/searches.hpp"
 #include "armukf/batch/sensitivity.hpp"
@@ -176,41 +175,6 @@ TEST(LikeliestNoise, StaysNearWhatIsGiven) {
   EXPECT_GT(noise.sensor_pole, 0.4);
   EXPECT_LE(noise.sensor_pole, 0.55);  // a step nearer to 0.6
   EXPECT_TRUE(noise.motor_alone);
-}
-
-/// Noise that the controller brings into the torque leads a fit astray that takes it for white: by
-/// many of its deviations.
-TEST(Identify, PredictionsAreTrueInClosedLoop) {
-  const Model truth = published_estimate();
-  IdentifySettings settings;
-  settings.criterion = Criterion::kPrediction;
-  settings.initial = prediction_choice(published_arm());
-  settings.jackknife = false;
-  const Identification found =
-      identify(published_arm(), {coloured_record(0.4, 0.8, 0.3)}, settings);
-  for (const ParameterEstimate& p : found.parameters)
-    EXPECT_LT(std::abs(p.value - truth.parameters[p.position].value), 4.0 * p.sd)
-        << truth.parameters[p.position].name;
-  EXPECT_NEAR(found.noise->sensor_pole, 0.8, 0.02);
-  EXPECT_NEAR(found.noise->sensor_sd, 0.4, 0.03);
-  EXPECT_LT(found.noise->correlation, 0.05);
-}
-
-TEST(Identify, FindsNoiseByPrediction) {
-  const Record record{"noisy", noisy_samples(6000)};
-  IdentifySettings settings;
-  settings.criterion = Criterion::kPrediction;
-  settings.initial = prediction_choice(published_arm());
-  settings.jackknife = false;
-  const Identification found = identify(published_arm(), {record}, settings);
-  ASSERT_TRUE(found.noise.has_value());
-  EXPECT_NEAR(found.noise->sensor_sd, 0.1, 0.02);
-  EXPECT_NEAR(found.noise->torque_density, 0.5 * std::sqrt(5e-4), 0.01);
-  EXPECT_TRUE(found.noise->motor_alone);
-  EXPECT_NEAR(found.noise->sensor_pole, 0.0, 0.05);
-  EXPECT_LT(std::pow(found.noise->rmse, 2), found.mse);
-  settings.criterion = Criterion::kSimulation;
-  EXPECT_FALSE(identify(published_arm(), {record}, settings).noise.has_value());
 }
 
 /// At the beginning of a record it is in motion, and the filter's states are at rest.

@@ -151,6 +151,48 @@ TEST(IdentifyStatistics, PredictionIsTheBetterCriterionUnderTorqueNoise) {
   EXPECT_LT(by_prediction[kKa], 2.0 * by_simulation[kKa]);
 }
 
+Identification identified_by_prediction(const Record& record) {
+  IdentifySettings settings;
+  settings.criterion = Criterion::kPrediction;
+  settings.initial = prediction_choice(published_arm());
+  settings.jackknife = false;
+  return identify(published_arm(), {record}, settings);
+}
+
+/// Noise that the controller brings into the torque leads a fit astray that takes it for white: by
+/// many of its deviations.
+TEST(IdentifyStatistics, PredictionsAreTrueInClosedLoop) {
+  const Model truth = published_estimate();
+  const Identification found =
+      identified_by_prediction(simulate_experiment(truth, {.seed = 1,
+                                                           .samples = 10000,
+                                                           .sensor_noise = 0.4,
+                                                           .sensor_pole = 0.8,
+                                                           .torque_disturbance = 0.3})
+                                   .record);
+  for (const ParameterEstimate& p : found.parameters)
+    EXPECT_LT(std::abs(p.value - truth.parameters[p.position].value), 4.0 * p.sd)
+        << truth.parameters[p.position].name;
+  EXPECT_NEAR(found.noise->sensor_pole, 0.8, 0.02);
+  EXPECT_NEAR(found.noise->sensor_sd, 0.4, 0.03);
+  EXPECT_LT(found.noise->correlation, 0.05);
+}
+
+TEST(IdentifyStatistics, PredictionFindsNoise) {
+  const Record record =
+      simulate_experiment(published_estimate(),
+                          {.samples = 6000, .sensor_noise = 0.1, .torque_disturbance = 0.5})
+          .record;
+  const Identification found = identified_by_prediction(record);
+  ASSERT_TRUE(found.noise.has_value());
+  EXPECT_NEAR(found.noise->sensor_sd, 0.1, 0.02);
+  EXPECT_NEAR(found.noise->torque_density, 0.5 * std::sqrt(5e-4), 0.01);
+  EXPECT_TRUE(found.noise->motor_alone);
+  EXPECT_NEAR(found.noise->sensor_pole, 0.0, 0.05);
+  EXPECT_LT(std::pow(found.noise->rmse, 2), found.mse);
+  EXPECT_FALSE(identified(record).noise.has_value());
+}
+
 TEST(BaseFit, DoesNotBeginWhereItCannotBeSimulated) {
   ExperimentSettings settings;
   settings.samples = 6000;

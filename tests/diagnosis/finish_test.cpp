@@ -15,7 +15,7 @@ namespace armukf {
 namespace {
 
 /// A diagnosis that has found these effects, before it finishes.
-struct Found {
+struct Unfinished {
   TraceRecords records;
   Model base = published_arm();
   std::vector<ForesightFit> bases;
@@ -24,7 +24,7 @@ struct Found {
   Explained now;
   Held held;
 
-  Found(const Model& truth, const std::vector<std::string>& effects) {
+  Unfinished(const Model& truth, const std::vector<std::string>& effects) {
     records.estimation = {noisy_record(truth, 4000, 0.05, 0.3, 7)};
     Model full = base;
     for (const std::string& effect : effects) {
@@ -52,7 +52,7 @@ Model biased() {
 }
 
 TEST(Finished, KeepsWhatSimulatesBetterThanWithout) {
-  Found found(biased(), {"torque_bias"});
+  Unfinished found(biased(), {"torque_bias"});
   const Simulated simulated = found.finish(kInfinite);
   ASSERT_EQ(found.diagnosis.effects.size(), 1u);
   EXPECT_TRUE(found.diagnosis.candidates[0].accepted);
@@ -61,7 +61,7 @@ TEST(Finished, KeepsWhatSimulatesBetterThanWithout) {
 }
 
 TEST(Finished, IsWithoutAnyWhereFewerWereFarBetter) {
-  Found found(biased(), {"torque_bias"});
+  Unfinished found(biased(), {"torque_bias"});
   const Simulated simulated = found.finish(0.0);
   EXPECT_TRUE(found.diagnosis.effects.empty());
   EXPECT_TRUE(simulated.estimation.model.parameters.empty());  // the one without any, as given
@@ -71,7 +71,7 @@ TEST(Finished, IsWithoutAnyWhereFewerWereFarBetter) {
 }
 
 TEST(Finished, HasNoEffectThatIsWithinSoManyOfItsDeviations) {
-  Found found(biased(), {"torque_bias"});
+  Unfinished found(biased(), {"torque_bias"});
   found.settings.most_sds_of_none = 1e6;
   found.finish(kInfinite);
   EXPECT_TRUE(found.diagnosis.effects.empty());
@@ -86,7 +86,7 @@ TEST(Finished, HasAnEffectOfWhichOnlyTheBeginningIsThere) {
   truth.add_effect("thermal_friction");
   truth.parameter("thermal_friction").value = -0.6;
   truth.parameter("thermal_friction_time").value = 6.0;
-  Found found(truth, {"thermal_friction"});
+  Unfinished found(truth, {"thermal_friction"});
   const Simulated simulated = found.finish(kInfinite);
   ASSERT_EQ(found.diagnosis.effects.size(), 1u);
   const FittedModel& fit = simulated.estimation;
@@ -100,7 +100,7 @@ TEST(Finished, HasNoEffectOfWhichThereIsNone) {
   // Friction can only brake; of an arm that has less of it than was known there is none.
   Model truth = published_estimate();
   truth.parameter("Fc").value *= 0.8;
-  Found found(truth, {"gear_friction"});
+  Unfinished found(truth, {"gear_friction"});
   found.finish(kInfinite);
   EXPECT_TRUE(found.diagnosis.effects.empty());
   EXPECT_EQ(found.diagnosis.candidates[0].refused_because,
@@ -110,10 +110,10 @@ TEST(Finished, HasNoEffectOfWhichThereIsNone) {
 /// Five values of the friction, which so short a record hardly tells, beside one of a bias.
 TEST(Finished, TakesOutWhatHasMostUnknownsFirst) {
   const std::vector<std::string> both{"friction_parameters", "torque_bias"};
-  const double alone = Found(biased(), {"torque_bias"}).finish(kInfinite).validation.mse;
-  const double together = Found(biased(), both).finish(kInfinite).validation.mse;
+  const double alone = Unfinished(biased(), {"torque_bias"}).finish(kInfinite).validation.mse;
+  const double together = Unfinished(biased(), both).finish(kInfinite).validation.mse;
   ASSERT_GT(together, alone);
-  Found found(biased(), both);
+  Unfinished found(biased(), both);
   found.settings.most_harm_of_all = 0.0;
   found.finish(0.5 * (together + alone));
   ASSERT_EQ(found.diagnosis.effects.size(), 1u);
@@ -123,10 +123,10 @@ TEST(Finished, TakesOutWhatHasMostUnknownsFirst) {
 }
 
 TEST(ErrorSoFar, IsThatOfTheBlocksByWhatForetellsThem) {
-  Found found(biased(), {"torque_bias"});
+  Unfinished found(biased(), {"torque_bias"});
   const double with = error_so_far(found.now, found.records);
   EXPECT_NEAR(with / judged(plain(found.now, found.records), found.records).mse, 1.0, 0.3);
-  const Found none(biased(), {});
+  const Unfinished none(biased(), {});
   EXPECT_GT(error_so_far(none.now, none.records), with);
   found.records.validation = {noisy_record(biased(), 3000, 0.05, 0.3, 8)};
   EXPECT_DOUBLE_EQ(error_so_far(found.now, found.records),

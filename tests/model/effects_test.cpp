@@ -57,7 +57,8 @@ class EveryEffect : public testing::TestWithParam<std::string> {
     for (const double v : p) parameters.push_back(T() + v);
     for (const double v : x) states.push_back(T() + v);
     std::vector<T> dx(x.size(), T());
-    Dynamics<T>(model_, parameters.data()).derivative(1.5, T() + u, states.data(), dx.data());
+    Dynamics<T>(model_, parameters.data())
+        .derivative(Time<T>() + 1.5, T() + u, states.data(), dx.data());
     return dx;
   }
 

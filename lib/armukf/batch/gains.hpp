@@ -51,6 +51,13 @@ struct FilterNoise {
   bool motor_alone = false;
 };
 
+/// None for each of so many records: what goes with a plain simulation and its derivatives.
+inline std::vector<Gains> no_gains(std::size_t records, Precision derivatives) {
+  Gains none;
+  none.derivatives = derivatives;
+  return std::vector<Gains>(records, none);
+}
+
 enum class TorqueNoise { kWhite, kColoured };
 
 /// The gains of the extended Kalman filter of predict_ahead. They hold at the model's parameters,

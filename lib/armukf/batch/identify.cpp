@@ -238,7 +238,8 @@ Identification identify_pieces(const Model& model, const std::vector<Record>& re
   const Crew crew(settings.threads);
   const OutputError unfitted(model, records, settings.initial, settings.propagation);
   check_length(unfitted, records);
-  SearchTask task{records, settings.initial, settings.propagation, limits_for(unfitted)};
+  SearchTask task{records, settings.initial, settings.propagation, limits_for(unfitted),
+                  settings.derivatives};
   task.limits.iterations = settings.iterations;
   task.limits.stop = settings.stop;
   const std::vector<FoundMinimum> all = search_all(model, task, settings);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "armukf/batch/gains.hpp"
 #include "armukf/batch/initial_states.hpp"
 #include "armukf/core/record.hpp"
 #include "armukf/core/segments.hpp"
@@ -34,6 +35,7 @@ struct IdentifySettings {
   bool jackknife = true;   // deviations that hold for incomplete models, too; takes about as long
                            // as the fit
   int iterations = 100;    // at most, of one search
+  Precision derivatives = Precision::kDouble;
   double longest_gap_s = kLongestGapS;  // s; a record is cut at longer intervals
   StatesOfPieces first_states;          // where the free initial states of each piece begin; what
                                         // is left out is guessed

@@ -75,12 +75,13 @@ StatesOfPieces starts_over_cycles(const OutputError& error, const InitialChoice&
 
 InitialStates fit_initial_states(const Model& model, const InitialChoice& choice,
                                  const std::vector<Sample>& samples, const Propagation& propagation,
-                                 const std::vector<double>& from) {
+                                 const std::vector<double>& from, Precision derivatives) {
   InitialStates initial{initial_guess(model, choice, samples),
                         std::vector<double>(model.states.size(), kNaN)};
   const Model known = all_known(model);
   const std::vector<Record> records{{"", samples}};
-  const OutputError error(known, records, choice, propagation);
+  const OutputError error(known, records, choice, propagation,
+                          no_gains(records.size(), derivatives));
   if (choice.free.empty() || error.measured() < error.variables()) return initial;
   const StatesOfPieces starts =
       from.empty() ? starts_over_cycles(error, choice, known, initial.x0) : StatesOfPieces{from};

@@ -24,7 +24,8 @@ struct InitialStates {
 /// and phases as they are there; empty: the guess.
 InitialStates fit_initial_states(const Model& model, const InitialChoice& choice,
                                  const std::vector<Sample>& samples, const Propagation& propagation,
-                                 const std::vector<double>& from = {});
+                                 const std::vector<double>& from = {},
+                                 Precision derivatives = Precision::kDouble);
 
 /// Where searches of pieces may begin: a first guess, angles and phases of effects where the errors
 /// promise to be least with the parameters as they are. Empty, a guess, for models without any.

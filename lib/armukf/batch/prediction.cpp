@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <deque>
 #include <numbers>
 #include <optional>
 #include <type_traits>
@@ -320,22 +319,19 @@ double best_density(Setting setting, Shape shape, std::size_t horizon) {
   }));
 }
 
-/// Predictions at several horizons, each by the model of its part.
+/// Predictions at several horizons, each by the model of its part: as many at once as a register
+/// holds, each from its own sample on.
 class PredictionsAhead {
  public:
   PredictionsAhead(const Setting& setting, std::span<const int> horizons, const PartModels& parts)
       : setting_(setting),
         horizons_(horizons),
         parts_(parts),
-        all_(horizons.size(), std::vector<double>(setting.samples.size(), kNaN)) {
-    for (std::size_t i = 0; i < std::max<std::size_t>(1, parts.models.size()); ++i) {
-      const Model& model = parts.models.empty() ? setting.model : parts.models[i];
-      settings_.push_back({model, setting.x0, setting.samples, setting.propagation});
-      steps_.emplace_back(settings_.back());
-    }
+        all_(horizons.size(), std::vector<double>(setting.samples.size(), kNaN)),
+        waiting_(horizons.size()) {
+    for (const Model& model : parts.models) values_.push_back(model.values());
+    if (values_.empty()) values_.push_back(setting.model.values());
   }
-  PredictionsAhead(const PredictionsAhead&) = delete;  // the steps point into this
-  PredictionsAhead& operator=(const PredictionsAhead&) = delete;
 
   /// From those states, believed at sample k; of N rows, the first of which are the model's.
   template <std::size_t N>
@@ -348,36 +344,131 @@ class PredictionsAhead {
       if (k % half != 0 || first >= n) continue;
       const std::size_t last = std::min(k + horizon, n - 1);
       for (int part = part_of(first); part <= part_of(last); ++part) {
-        std::array<double, N> x = belief;
-        for (std::size_t i = k + 1; i <= last && part_of(i) <= part; ++i) {
-          steps_[part](x, i);
-          if (i < first || part_of(i) != part) continue;
-          const double y = steps_[part].measured(x, i);
-          all_[h][i] = std::isnan(y) ? kInfinite : y;
-        }
+        Begun begun{k, first, last, part, {}};
+        while (part_of(begun.first) < part) ++begun.first;
+        while (part_of(begun.last) > part) --begun.last;
+        std::copy_n(belief.begin(), setting_.states(), begun.x.begin());
+        waiting_[h].push_back(begun);
+        if (waiting_[h].size() == kPackWidth) go_on(h);
       }
     }
   }
 
   /// rad/s, for each horizon at each sample; NaN where nothing was predicted.
-  std::vector<std::vector<double>> take() { return std::move(all_); }
+  std::vector<std::vector<double>> take() {
+    for (std::size_t h = 0; h < horizons_.size(); ++h) go_on(h);
+    return std::move(all_);
+  }
 
-  /// What was to be predicted from sample k on and cannot be.
-  void run_away(std::size_t k) {
-    for (std::vector<double>& y : all_)
+  /// The same where what was to be predicted from sample k on cannot be: infinite there.
+  std::vector<std::vector<double>> take_until(std::size_t k) {
+    std::vector<std::vector<double>> all = take();
+    for (std::vector<double>& y : all)
       for (std::size_t i = k; i < y.size(); ++i)
         if (std::isnan(y[i])) y[i] = kInfinite;
+    return all;
   }
 
  private:
+  /// A prediction of samples first to last, by the model of that part.
+  struct Begun {
+    std::size_t k;  // from the states at that sample
+    std::size_t first;
+    std::size_t last;
+    int part;
+    std::array<double, kMaxStates> x;
+  };
+  using States = Rows<Lanes<kPackWidth>, kMaxStates>;
+
   int part_of(std::size_t k) const { return parts_.models.empty() ? 0 : parts_.part[k]; }
+
+  /// Takes those that wait to their ends, a lane each.
+  void go_on(std::size_t h) {
+    std::vector<Begun>& begun = waiting_[h];
+    if (begun.empty()) return;
+    const auto of_lane = [&](int lane) -> const Begun& {
+      return begun[std::min<std::size_t>(lane, begun.size() - 1)];
+    };
+    std::array<Pack, kMaxParameters> parameters;
+    States x;
+    std::size_t longest = 0;
+    for (int lane = 0; lane < kPackWidth; ++lane) {
+      const Begun& b = of_lane(lane);
+      const std::vector<double>& values = values_[parts_.models.empty() ? 0 : b.part];
+      for (std::size_t i = 0; i < values.size(); ++i) parameters[i][lane] = values[i];
+      for (int i = 0; i < setting_.states(); ++i) x[i][lane] = b.x[i];
+      longest = std::max(longest, b.last - b.k);
+    }
+    const Dynamics<Pack> dynamics(setting_.model, parameters.data());
+    for (std::size_t step = 1; step <= longest; ++step) {
+      const auto sample = [&](int lane) {
+        return std::min(of_lane(lane).k + step, of_lane(lane).last);
+      };
+      const Pack y = moved(dynamics, sample, x);
+      for (std::size_t lane = 0; lane < begun.size(); ++lane) {
+        const std::size_t k = begun[lane].k + step;
+        if (k < begun[lane].first || k > begun[lane].last) continue;
+        all_[h][k] = std::isnan(y[lane]) ? kInfinite : y[lane];
+      }
+    }
+    begun.clear();
+  }
+
+  /// Moves each lane's states from the sample before to sample(lane), by as many steps as it takes
+  /// alone; returns what the sensor shows of them there.
+  template <class SampleOf>
+  Pack moved(const Dynamics<Pack>& dynamics, SampleOf sample, States& x) const {
+    const std::vector<Sample>& samples = setting_.samples;
+    Pack u;
+    Pack from;
+    Pack dt;
+    Pack next_u;
+    std::array<int, kPackWidth> steps;
+    for (int lane = 0; lane < kPackWidth; ++lane) {
+      const std::size_t k = sample(lane);
+      u[lane] = samples[k - 1].u;
+      from[lane] = samples[k - 1].t - samples[0].t;
+      dt[lane] = samples[k].t - samples[k - 1].t;
+      next_u[lane] = samples[k].u;
+      steps[lane] = steps_over(setting_.propagation, dt[lane]);
+    }
+    const auto f = [&](const States& state, States& rate, double share) {  // of what lies between
+      Rows<Pack, kMaxStates> its_rate;
+      dynamics.derivative(from + share * dt, u, point(state).data(), its_rate.data());
+      for (int i = 0; i < setting_.states(); ++i) rate[i].packs[0] = dt * its_rate[i];
+    };
+    const auto take = [&](States& states, int count) {
+      take_steps(setting_.propagation.stepper, f, states, 0.0, 1.0, count, setting_.states());
+    };
+    if (std::ranges::count(steps, steps[0]) == kPackWidth) {
+      take(x, steps[0]);
+      return dynamics.measured(from + dt, next_u, point(x).data());
+    }
+    const States before = x;
+    for (int lane = 0; lane < kPackWidth; ++lane) {
+      if (std::find(steps.begin(), steps.begin() + lane, steps[lane]) != steps.begin() + lane)
+        continue;  // moved with that one
+      States after = before;
+      take(after, steps[lane]);
+      for (int i = 0; i < setting_.states(); ++i)
+        for (int other = lane; other < kPackWidth; ++other)
+          if (steps[other] == steps[lane]) x[i][other] = after[i][other];
+    }
+    return dynamics.measured(from + dt, next_u, point(x).data());
+  }
+
+  Rows<Pack, kMaxStates> point(const States& x) const {
+    Rows<Pack, kMaxStates> row;
+    for (int i = 0; i < setting_.states(); ++i) row[i] = x[i].packs[0];
+    return row;
+  }
 
   const Setting& setting_;
   std::span<const int> horizons_;
   const PartModels& parts_;
-  std::deque<Setting> settings_;  // the steps point into them
-  std::deque<Step<double>> steps_;
+  std::vector<std::vector<double>> values_;  // of the parameters, by part
   std::vector<std::vector<double>> all_;
+  std::vector<std::vector<Begun>> waiting_;  // at each horizon
 };
 
 template <class Shape>
@@ -447,9 +538,9 @@ std::vector<std::vector<double>> predictions_at(const Model& model, const std::v
     if (!std::isnan(samples[k].y)) correct(model, gains, k, samples[k].y - y, x);
     ahead.predict(k, x);
   };
-  ahead.run_away(visit_states(model, model.values(), x0, samples, propagation,
-                              recorded_input<double>(samples), predict, Angles::kMeasured, gains));
-  return ahead.take();
+  return ahead.take_until(visit_states(model, model.values(), x0, samples, propagation,
+                                       recorded_input<double>(samples), predict, Angles::kMeasured,
+                                       gains));
 }
 
 Gains filter_gains(const Model& model, const std::vector<double>& x0,

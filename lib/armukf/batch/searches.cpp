@@ -11,11 +11,13 @@
 namespace armukf {
 namespace {
 
-/// Searches from the model's values and those initial states on, the gains as they are.
+/// Searches from the model's values and those initial states on, the gains as they are; without any
+/// for the simulation.
 FoundMinimum searched(const Model& model, const StatesOfPieces& x0, std::vector<Gains> gains,
                       const SearchTask& task) {
   stop_if_asked(task.limits.stop);
-  const OutputError error(model, task.records, task.initial, task.propagation, gains);
+  const OutputError error(model, task.records, task.initial, task.propagation,
+                          gains.empty() ? no_gains(task.records.size(), task.derivatives) : gains);
   FoundMinimum found;
   found.minimum = search(error, error.variables_of_model(x0), kInfinite, task.limits);
   stop_if_asked(task.limits.stop);
@@ -44,6 +46,7 @@ FoundMinimum searched_with(const FilterNoise& noise, const Model& model, const S
   for (std::size_t e = 0; e < task.records.size(); ++e) {
     const std::vector<Sample>& samples = task.records[e].samples;
     gains.push_back(filter_gains(model, beginning[e], samples, task.propagation, noise));
+    gains[e].derivatives = task.derivatives;
     std::fill_n(gains[e].innovation_sd.begin(), first_faded(samples), kInfinite);
   }
   FoundMinimum found = searched(model, x0, std::move(gains), task);

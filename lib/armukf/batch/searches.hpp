@@ -23,6 +23,7 @@ struct SearchTask {
   const InitialChoice& initial;
   const Propagation& propagation;
   SearchLimits limits;
+  Precision derivatives = Precision::kDouble;
 };
 
 /// Where a search ended.

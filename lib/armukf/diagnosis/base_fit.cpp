@@ -8,9 +8,11 @@
 
 #include "armukf/batch/frequency_start.hpp"
 #include "armukf/batch/prediction.hpp"
+#include "armukf/batch/searches.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/core/parallel.hpp"
 #include "armukf/core/statistics.hpp"
+#include "armukf/diagnosis/trace_records.hpp"
 #include "armukf/model/cycles.hpp"
 #include "armukf/model/plant.hpp"
 
@@ -47,10 +49,26 @@ std::tuple<bool, bool, double> rank(const FittedModel& fit) {
   return {!std::isfinite(fit.mse), !plausible(fit), fit.mse};
 }
 
+/// Most of the way to the minimum, by half the samples where there are many.
+FoundMinimum searched_thinned(const Model& model, const std::vector<Record>& pieces,
+                              const IdentifySettings& settings) {
+  constexpr double kNearby = 1e-5;  // of the sum of squares
+  const Thinned looked_at = thinned(pieces);
+  const StatesOfPieces x0 = settings.first_states.empty()
+                                ? phased_states(model, looked_at.pieces, settings.propagation)
+                                : settings.first_states;
+  return searched_for_simulation(model, x0,
+                                 {looked_at.pieces,
+                                  settings.initial,
+                                  settings.propagation,
+                                  {.iterations = settings.iterations, .cost_tolerance = kNearby},
+                                  settings.derivatives});
+}
+
 SimulationFit placed_fit(const Model& model, const std::vector<Sample>& samples,
                          const Propagation& propagation, const std::vector<double>& from) {
   const InitialStates initial =
-      fit_initial_states(model, all_free(model), samples, propagation, from);
+      fit_initial_states(model, all_free(model), samples, propagation, from, Precision::kSingle);
   return simulation_fit(model, {initial.x0, {}}, samples, propagation);
 }
 
@@ -89,8 +107,11 @@ FittedModel fitted(const Model& model, const StatesOfPieces& x0, const std::vect
   settings.initial = all_free(model);
   settings.first_states = x0;
   settings.iterations = iterations;
+  settings.derivatives = Precision::kSingle;
   settings.jackknife = false;  // blocks judge by themselves here
-  const Identification found = identify_pieces(model, pieces, settings);
+  const FoundMinimum near = searched_thinned(model, pieces, settings);
+  settings.first_states = near.x0;
+  const Identification found = identify_pieces(near.model, pieces, settings);
   FittedModel result;
   result.model = found.model;
   result.parameters = found.parameters;

@@ -150,7 +150,8 @@ FittedModel without_each_block(const FittedModel& fit, const TraceRecords& recor
                                             {others,
                                              all_free(fit.model),
                                              records.propagation,
-                                             {.iterations = kShort, .cost_tolerance = 1e-7}})
+                                             {.iterations = kShort, .cost_tolerance = 1e-7},
+                                             Precision::kSingle})
                         .model;
   });
   FittedModel all = placed(of_pieces(models, blocks), blocks.pieces, records.propagation);

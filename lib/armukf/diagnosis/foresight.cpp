@@ -216,6 +216,7 @@ ForesightFit fitted_with(std::vector<Gains> gains, const Model& model, const Sta
   constexpr double kNearby = 1e-4;       // the same of a fit that another one goes on from
   constexpr double kFirstRadius = 10.0;  // resonances are far from linear
   const InitialChoice choice = gains.empty() ? all_free(model) : prediction_choice(model);
+  if (gains.empty()) gains = no_gains(pieces.size(), Precision::kSingle);
   const OutputError error(model, pieces, choice, propagation, std::move(gains));
   const Variables variables = error.variables_of_model(start);
   const Minimum minimum = search(error, variables, kInfinite,

@@ -21,7 +21,11 @@ SearchTask task_of(const InitialChoice& initial, const std::vector<Record>& piec
                    const Propagation& propagation) {
   constexpr int kIterations = 60;
   constexpr double kTolerance = 1e-7;  // of the cost: a hundredth of a nat
-  return {pieces, initial, propagation, {.iterations = kIterations, .cost_tolerance = kTolerance}};
+  return {pieces,
+          initial,
+          propagation,
+          {.iterations = kIterations, .cost_tolerance = kTolerance},
+          Precision::kSingle};
 }
 
 /// The rest of a model with an effect as it was fitted beside the one that is taken out.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "armukf/core/constants.hpp"
+#include "armukf/core/parallel.hpp"
 #include "armukf/fit/dense.hpp"
 
 namespace armukf {
@@ -49,10 +50,23 @@ JacobianMatrix running_sums(const JacobianMatrix& g, Eigen::Index length) {
 
 }  // namespace
 
+Eigen::MatrixXd information(const JacobianMatrix& J) {
+  constexpr Eigen::Index kRows = 4096;  // worth a thread
+  const auto count = static_cast<int>((J.rows() + kRows - 1) / kRows);
+  std::vector<Eigen::MatrixXd> parts(count, Eigen::MatrixXd::Zero(J.cols(), J.cols()));
+  for_each_job(count, [&](int i) {
+    const auto rows = J.middleRows(i * kRows, std::min(kRows, J.rows() - i * kRows));
+    parts[i].selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
+  });
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(J.cols(), J.cols());
+  for (const Eigen::MatrixXd& part : parts) sum += part;
+  return sum.selfadjointView<Eigen::Lower>();
+}
+
 Eigen::MatrixXd inverse_information(const JacobianMatrix& J) {
   constexpr double kRank = 1e-13;  // relative; J' J of double precision holds no more
   const Eigen::Index n = J.cols();
-  const Eigen::MatrixXd information = J.transpose() * J;
+  const Eigen::MatrixXd information = armukf::information(J);
   Eigen::VectorXd unit(n);
   for (Eigen::Index i = 0; i < n; ++i)
     unit[i] = information(i, i) > 0.0 ? 1.0 / std::sqrt(information(i, i)) : 1.0;

@@ -11,6 +11,9 @@ static_assert(EIGEN_DEFAULT_ALIGN_BYTES == 16,
 /// A record's Jacobian: a row per residual, a column per variable.
 using JacobianMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+/// J' J, summed up by all idle threads, to the same numbers by any.
+Eigen::MatrixXd information(const JacobianMatrix& J);
+
 /// (J' J)^-1. A direction that J does not see gets infinite variance in each variable it touches.
 Eigen::MatrixXd inverse_information(const JacobianMatrix& J);
 

@@ -9,6 +9,8 @@
 #include <cmath>
 
 #include "armukf/core/constants.hpp"
+#include "armukf/fit/covariance.hpp"
+#include "armukf/fit/dense.hpp"
 
 namespace armukf {
 namespace {
@@ -20,39 +22,75 @@ using Fixed = std::vector<bool>;
 class Known {
  public:
   Known(const Residuals& f, int residuals, int variables)
-      : f_(f),
-        variables_(variables),
-        r_(residuals),
-        jacobian_(static_cast<std::size_t>(residuals) * variables) {}
+      : f_(f), r_(residuals), jacobian_(residuals, variables) {}
 
   /// Whether z makes sense. with_jacobian: it is to be that of z.
   bool find(const double* z, bool with_jacobian) {
-    const std::vector<double> at(z, z + variables_);
+    const std::vector<double> at(z, z + jacobian_.cols());
     if (at == at_ && (its_jacobian_ || !with_jacobian)) return valid_;
     at_ = at;
     its_jacobian_ = with_jacobian;
     ++evaluations_;
     valid_ = f_(z, r_.data(), with_jacobian ? jacobian_.data() : nullptr);
-    return valid_;
+    if (!valid_) return false;
+    if (with_jacobian) information_ = armukf::information(jacobian_);
+    slope_ = jacobian_.transpose() * r_;
+    squares_ = r_.squaredNorm();
+    return true;
   }
 
-  const std::vector<double>& r() const { return r_; }
-  const std::vector<double>& jacobian() const { return jacobian_; }  // row by row
+  const Eigen::MatrixXd& information() const { return information_; }  // J^T J
+  const Eigen::VectorXd& slope() const { return slope_; }              // J^T r
+  double squares() const { return squares_; }                          // r^T r
   int evaluations() const { return evaluations_; }
 
  private:
   const Residuals& f_;
-  int variables_;
   std::vector<double> at_;
-  std::vector<double> r_;
-  std::vector<double> jacobian_;
+  Eigen::VectorXd r_;
+  JacobianMatrix jacobian_;
+  Eigen::MatrixXd information_;
+  Eigen::VectorXd slope_;
+  double squares_ = 0.0;
   bool valid_ = false;
   bool its_jacobian_ = false;
   int evaluations_ = 0;
 };
 
+/// Residuals, one more than variables, with given J^T J, J^T r and r^T r.
+struct FewResiduals {
+  Eigen::VectorXd r;
+  JacobianMatrix J;
+};
+
+FewResiduals few_residuals(const Eigen::MatrixXd& information, const Eigen::VectorXd& slope,
+                           double squares) {
+  constexpr double kRank = 1e-15;  // relative; below is rounding
+  const Eigen::Index n = slope.size();
+  const Eigen::VectorXd unit =
+      information.diagonal().unaryExpr([](double x) { return x > 0.0 ? std::sqrt(x) : 1.0; });
+  const Eigen::VectorXd per_unit = unit.cwiseInverse();
+  const auto [values, vectors] =
+      symmetric_spectrum(per_unit.asDiagonal() * information * per_unit.asDiagonal());
+  const Eigen::VectorXd along = vectors.transpose() * per_unit.asDiagonal() * slope;
+  FewResiduals few{Eigen::VectorXd::Zero(n + 1), JacobianMatrix::Zero(n + 1, n)};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (!(values[i] > kRank * values[n - 1])) continue;
+    const double root = std::sqrt(values[i]);
+    few.r[i] = along[i] / root;
+    few.J.row(i) = root * vectors.col(i).transpose() * unit.asDiagonal();
+  }
+  few.r[n] = std::sqrt(std::max(0.0, squares - few.r.squaredNorm()));
+  return few;
+}
+
 /// The residuals as Ceres wants them: one block of all, of one block of variables. A variable by
 /// which nothing changes is not moved.
+///
+/// Of tens of thousands of them a search needs no more than J^T J, J^T r and r^T r, which few
+/// others have as well: with J^T J = S S^T their Jacobian is S^T, they are S^-1 J^T r, and one
+/// more, which nothing changes, is what is left of r^T r. Ceres would spend on all of them a good
+/// share of what it takes to find them.
 ///
 /// Ceres asks for the residuals at each trial step and, where it accepts the step, for the Jacobian
 /// as well. Mostly it does, and both together cost hardly more than the residuals alone: so both
@@ -63,19 +101,25 @@ class Block final : public ceres::CostFunction {
   Block(Known& known, const Fixed& fixed, int iterations)
       : known_(known), fixed_(fixed), iterations_(iterations) {
     mutable_parameter_block_sizes()->push_back(static_cast<int>(fixed.size()));
-    set_num_residuals(static_cast<int>(known.r().size()));
+    set_num_residuals(static_cast<int>(fixed.size()) + 1);
   }
 
   bool Evaluate(const double* const* z, double* r,  // NOLINT(readability-identifier-naming)
                 double** J) const override {
     if (J == nullptr) ++steps_;
     if (!known_.find(z[0], steps_ == 0 || steps_ < iterations_)) return false;
-    std::ranges::copy(known_.r(), r);
-    if (J == nullptr || J[0] == nullptr) return true;
-    std::ranges::copy(known_.jacobian(), J[0]);
-    const auto n = static_cast<int>(fixed_.size());
-    for (int j = 0; j < n; ++j)
-      for (int i = 0; fixed_[j] && i < num_residuals(); ++i) J[0][i * n + j] = 0.0;
+    Eigen::MatrixXd information = known_.information();
+    Eigen::VectorXd slope = known_.slope();
+    for (Eigen::Index j = 0; j < slope.size(); ++j) {
+      if (!fixed_[j]) continue;
+      information.row(j).setZero();
+      information.col(j).setZero();
+      slope[j] = 0.0;
+    }
+    const FewResiduals few = few_residuals(information, slope, known_.squares());
+    Eigen::Map<Eigen::VectorXd>(r, num_residuals()) = few.r;
+    if (J != nullptr && J[0] != nullptr)
+      Eigen::Map<JacobianMatrix>(J[0], num_residuals(), slope.size()) = few.J;
     return true;
   }
 

@@ -133,7 +133,7 @@ class System<Lanes<L>, N> {
       std::array<Pack, N> rate;
 
       for (int i = 0; i < rows_; ++i) point[i] = x[i].packs[k];
-      dynamics_[k].derivative(t, u_, point.data(), rate.data());
+      dynamics_[k].derivative(broadcast(t), u_, point.data(), rate.data());
       for (int i = 0; i < rows_; ++i) dx[i].packs[k] = rate[i];
     }
   }

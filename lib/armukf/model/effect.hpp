@@ -5,6 +5,7 @@
 #include <concepts>
 #include <string_view>
 
+#include "armukf/core/lanes.hpp"
 #include "armukf/core/parameter.hpp"
 #include "armukf/model/arm.hpp"
 #include "armukf/model/plant.hpp"
@@ -12,16 +13,21 @@
 namespace armukf {
 
 /// What the time (s) is a number of, where the physics is evaluated with numbers T: nothing is ever
-/// differentiated by it, and all points of a belief have the same.
+/// differentiated by it; several points at once may each have their own.
 template <class T>
 struct TimeOf {
   using Type = double;
+};
+template <>
+struct TimeOf<Pack> {
+  using Type = Pack;
 };
 template <class T>
 using Time = typename TimeOf<T>::Type;
 
 /// s, 0 before the first sample.
 inline double since_first_sample(double t) { return std::max(t, 0.0); }
+inline Pack since_first_sample(Pack t) { return t < 0.0 ? Pack{} : t; }
 
 /// What the arm does at one instant, as an effect sees it.
 template <class T>

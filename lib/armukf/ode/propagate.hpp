@@ -31,15 +31,14 @@ inline int steps_over(const Propagation& how, double dt) {
   return std::max(how.steps, static_cast<int>(std::min(std::ceil(dt / how.max_step_s), kMost)));
 }
 
-/// Moves the rows x of the system f(x, dx, t) from t (s) over dt (s), in place: all of them, or the
-/// first, of which `rows` tells how many (as PackAlgebra wants it). One step of the stepper moves
-/// them with all their lanes.
-template <class F, class State, class Count = std::integral_constant<int, std::tuple_size_v<State>>>
-void propagate(const Propagation& how, const F& f, State& x, double t, double dt,
-               const Count& rows = {}) {
+/// Moves the rows x of the system f(x, dx, t) from t over dt by n equal steps, in place: all of
+/// them, or the first, of which `rows` tells how many (as PackAlgebra wants it). One step of the
+/// stepper moves them with all their lanes.
+template <class F, class State, class Count>
+void take_steps(Stepper stepper, const F& f, State& x, double t, double dt, int n,
+                const Count& rows) {
   namespace odeint = boost::numeric::odeint;
-  const int n = steps_over(how, dt);
-  switch (how.stepper) {
+  switch (stepper) {
     case Stepper::kEuler:
       return take_steps<odeint::euler>(f, x, t, dt, n, rows);
     case Stepper::kRungeKutta4:
@@ -49,6 +48,13 @@ void propagate(const Propagation& how, const F& f, State& x, double t, double dt
     case Stepper::kDormandPrince5:
       return take_steps<odeint::runge_kutta_dopri5>(f, x, t, dt, n, rows);
   }
+}
+
+/// The same from t (s) over dt (s), by as many steps as that takes.
+template <class F, class State, class Count = std::integral_constant<int, std::tuple_size_v<State>>>
+void propagate(const Propagation& how, const F& f, State& x, double t, double dt,
+               const Count& rows = {}) {
+  take_steps(how.stepper, f, x, t, dt, steps_over(how, dt), rows);
 }
 
 }  // namespace armukf

@@ -196,7 +196,7 @@ class PredictorBank {
       std::array<Pack, N> point;
       std::array<Pack, N> rate{};
       for (int i = 0; i < N; ++i) point[i] = x[i].packs[0];
-      m.dynamics.derivative(t, m.u, point.data(), rate.data());
+      m.dynamics.derivative(broadcast(t), m.u, point.data(), rate.data());
       for (int i = 0; i < N; ++i) dx[i].packs[0] = rate[i];
     }
   };
@@ -236,8 +236,8 @@ class PredictorBank {
   Pack shown(const Machine& m, double t) const {
     std::array<Pack, N + kPredictorNoises> x;
     for (int i = 0; i < size(); ++i) x[i] = m.x[i].packs[0];
-    return (1.0 + m.sensor_gain) * m.dynamics.measured(t, m.u, x.data()) + x[sensor_row()] +
-           m.sensor_bias;
+    return (1.0 + m.sensor_gain) * m.dynamics.measured(broadcast(t), m.u, x.data()) +
+           x[sensor_row()] + m.sensor_bias;
   }
 
   void move(Machine& m, double t, double dt, const TorqueMemory& u) {
