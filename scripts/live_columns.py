@@ -33,7 +33,7 @@ PARAMETERS = {
           "sensor_coupling_frequency",
     "–": "a_m a_g load_dependent_friction payload presliding_share speed_ripple thermal_friction torque_gain "
          "mode_motor_share mode_gear_share mode_arm_share mode_motor_damping mode_gear_damping mode_arm_damping "
-         "sensor_coupling_share sensor_coupling_damping"}
+         "sensor_coupling_share sensor_coupling_damping gravity_ratio"}
 LEARNT_LAW = re.compile(r"(friction|gear_spring|arm_spring|torque|angle)_curve_(odd|even|cos|sin)_[a-d]")  # N·m
 UNITS = {name: unit for kind in (STATES, PARAMETERS) for unit, names in kind.items() for name in names.split()}
 STATE_NAMES = {name for names in STATES.values() for name in names.split()}

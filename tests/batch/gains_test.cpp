@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "armukf/batch/experiment.hpp"
 #include "armukf/batch/prediction.hpp"
@@ -230,6 +231,23 @@ TEST(LikeliestPredictions, AreNoLongerSoughtWhereTheCallerEndsIt) {
   EXPECT_EQ(one, 1);
   EXPECT_GT(all, 1);
   EXPECT_LT(last.loss, first.loss);
+}
+
+/// A caller once was asked of a minimum that there was not, and the noise was looked for on it.
+TEST(LikeliestPredictions, AreNowhereWhereNoneCanBeSimulated) {
+  Model stiff = published_arm();
+  stiff.parameter("k_g1").value = 1e13;
+  const std::vector<Record> records{{"noisy", noisy_samples(1000)}};
+  const InitialChoice initial = prediction_choice(stiff);
+  const Propagation propagation;
+  const SearchTask task{records, initial, propagation, {.iterations = 3}};
+  const FoundMinimum found =
+      searched_for_predictions_near(stiff, {}, task, {}, [](const FoundMinimum& minimum) {
+        EXPECT_TRUE(minimum.any());
+        return false;
+      });
+  EXPECT_EQ(found.loss, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(found.model.values(), stiff.values());
 }
 
 }  // namespace

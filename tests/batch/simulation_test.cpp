@@ -247,10 +247,13 @@ TEST(SimulationFit, FindsTheInitialStatesOfItsOwnModel) {
   EXPECT_GT(fit.fit_percent, 99.99);
 }
 
+class Weight : public testing::TestWithParam<double> {};
+
 /// A simulation has several minima over an angle; from one place a search finds but one of them.
-TEST(SimulationFit, FindsAnAngleWhereverItBegins) {
+TEST_P(Weight, AngleIsFoundWhereverItBegins) {
   Model model = with_effect("gravity");
   model.parameter("gravity").value = 2.0;
+  model.parameter("gravity_ratio").value = GetParam();
   const std::vector<Sample> all =
       simulate_experiment(model, {.torque_disturbance = 0.3}).record.samples;
   double angle = 0.0;  // of the motor
@@ -258,13 +261,17 @@ TEST(SimulationFit, FindsAnAngleWhereverItBegins) {
     if (k % 4000 == 0) {
       const std::vector<Sample> later(all.begin() + static_cast<std::ptrdiff_t>(k), all.end());
       const InitialStates found = fit_initial_states(model, all_free(model), later, {});
-      EXPECT_NEAR(std::remainder(found.x0.back() - angle, 2.0 * std::numbers::pi), 0.0, 0.3)
+      const double turn = 2.0 * std::numbers::pi * GetParam();
+      EXPECT_NEAR(std::remainder(found.x0.back() - angle, turn) / GetParam(), 0.0, 0.3)
           << "from sample " << k;
       EXPECT_GT(simulation_fit(model, found, later, {}).fit_percent, 95.0);
     }
     angle += 0.5 * (all[k].y + all[k + 1].y) * (all[k + 1].t - all[k].t);
   }
 }
+
+// On the motor's shaft, and behind a gear.
+INSTANTIATE_TEST_SUITE_P(SimulationFit, Weight, testing::Values(1.0, 40.0));
 
 TEST(SimulationFit, SurvivesRecordsWithoutUse) {
   const Model model = published_estimate();

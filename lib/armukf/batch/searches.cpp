@@ -135,7 +135,7 @@ FoundMinimum searched_for_predictions_near(const Model& model, const StatesOfPie
       noise = likeliest_noise(path.last.model, beginning_of(path.last.model, path.last.x0, task),
                               task.records, task.propagation, noise, torque);
       path.add(searched_with(*noise, path.last.model, path.last.x0, task));
-      if (ends && ends(path.best)) return false;
+      if (ends && path.best.any() && ends(path.best)) return false;
       if (!(path.best.loss < before - kNoLikelier)) break;
     }
     return true;
@@ -143,7 +143,7 @@ FoundMinimum searched_for_predictions_near(const Model& model, const StatesOfPie
   if (near) {
     go_on(near, TorqueNoise::kColoured);
   } else if (go_on({}, TorqueNoise::kWhite)) {
-    path.last = path.best;
+    if (path.best.any()) path.last = path.best;
     go_on({}, TorqueNoise::kColoured);
   }
   return path.result();

@@ -27,6 +27,7 @@ constexpr double kLeastFall = 0.01;       // of the level where it is fitted: le
 constexpr double kSameLevel = 0.02;       // of two minima
 constexpr double kBetterMinimum = 0.005;  // by that in level
 constexpr double kFarMinimum = 1.0;       // of the level above the best: no effect leads back there
+constexpr double kLedUp = 0.05;           // of the level: a start that is not worth going on from
 constexpr double kPerParameter = 0.03;    // of the merit, the price of each further parameter
 
 Explained with_errors(ForesightFit fit, const TraceRecords& records) {
@@ -144,6 +145,12 @@ BaseGains gains_on(const ForesightFit& base, const Thinned& records, const Propa
   return gains;
 }
 
+/// None of the effect on top of a base.
+Suggestion none_of(const Trial& trial, const ForesightFit& base) {
+  const Model none = with_values(trial.model, base.model);
+  return {0.0, 0.0, none, extended(base.x0, none)};
+}
+
 /// Every trial on top of a base, and of each effect the most promising.
 std::vector<Start> starts_on(const std::vector<ForesightFit>& bases, std::size_t base,
                              const std::vector<Gains>& gains, const std::vector<Trial>& trials,
@@ -163,8 +170,7 @@ std::vector<Start> starts_on(const std::vector<ForesightFit>& bases, std::size_t
   // right way from none of it.
   for (const Trial& trial : trials) {
     if (!is_learnt_law(trial.model.effects.back().effect)) continue;
-    const Model none = with_values(trial.model, fit.model);
-    starts.push_back({&trial, base, {0.0, 0.0, none, extended(fit.x0, none)}});
+    starts.push_back({&trial, base, none_of(trial, fit)});
   }
   return starts;
 }
@@ -191,17 +197,31 @@ std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
     for (Start& start :
          starts_on(bases, base, gains[base].judging, trials, of_each, first_parts, propagation))
       starts.push_back(std::move(start));
+  const auto level_on = [&](std::size_t base, const ForesightFit& fit) {
+    return begun_errors(fit, first_parts.pieces, propagation, gains[base].judging,
+                        first_parts.times)
+        .level();
+  };
+  std::vector<double> without(bases.size());
+  for_each_job(static_cast<int>(bases.size()), [&](int i) { without[i] = level_on(i, bases[i]); });
   std::vector<Begun> begun(starts.size());
   for_each_job(static_cast<int>(begun.size()), [&](int i) {
-    const Suggestion& from = starts[i].suggestion;
-    begun[i].trial = starts[i].trial;
-    begun[i].base = starts[i].base;
-    const BaseGains& its = gains[begun[i].base];
-    begun[i].fit =
-        begin_foresight(from.model, from.x0, first_parts.pieces, propagation, its.fitting, kFirst);
-    begun[i].level =
-        begun_errors(begun[i].fit, first_parts.pieces, propagation, its.judging, first_parts.times)
-            .level();
+    const Trial& trial = *starts[i].trial;
+    const std::size_t base = starts[i].base;
+    const auto begun_from = [&](const Suggestion& from) {
+      Begun b{&trial,
+              begin_foresight(from.model, from.x0, first_parts.pieces, propagation,
+                              gains[base].fitting, kFirst),
+              base};
+      b.level = level_on(base, b.fit);
+      return b;
+    };
+    begun[i] = begun_from(starts[i].suggestion);
+    // A suggested size leaves the arm as it is. Where the two have to change together, as a payload
+    // and the shares of inertia, that leads up instead of down.
+    if (begun[i].level < without[base] + kLedUp) return;
+    Begun from_none = begun_from(none_of(trial, bases[base]));
+    if (from_none.level < begun[i].level) begun[i] = std::move(from_none);
   });
   const std::vector<double> usual = medians(begun, bases.size());
   for (Begun& b : begun) b.excess = b.level - usual[b.base];

@@ -46,6 +46,10 @@ std::vector<Trial> crossed(const std::vector<Trial>& trials, int position, const
       at.model.parameters[position].value = value;
       at.looks *= looks_of(grid, values.size(), suggested);
       if (grid.periodic) at.harmonic = value;
+      if (grid.gearing) {
+        at.harmonic = 1.0 / value;
+        at.model.parameters[position].known = false;
+      }
       all.push_back(std::move(at));
     }
   }

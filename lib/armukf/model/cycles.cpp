@@ -6,13 +6,16 @@
 namespace armukf {
 namespace {
 
-/// 1/rad, how often an effect repeats in a turn of one rad of its angle; 1 where it has no
-/// harmonic.
-double harmonic_of(const Model& model, const EffectSlot& slot) {
+/// rad, of an effect's angle, after which it repeats.
+double period_of(const Model& model, const EffectSlot& slot) {
+  constexpr double kTurn = 2.0 * std::numbers::pi;
   const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (parameters[i].grid.periodic) return model.parameters[slot.first_parameter + i].value;
-  return 1.0;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const double value = model.parameters[slot.first_parameter + i].value;
+    if (parameters[i].grid.periodic) return kTurn / value;
+    if (parameters[i].grid.gearing) return kTurn * value;
+  }
+  return kTurn;
 }
 
 }  // namespace
@@ -21,8 +24,7 @@ std::vector<Cycle> cycles_of(const Model& model) {
   std::vector<Cycle> cycles;
   for (const EffectSlot& slot : model.effects)
     for (int i = slot.first_state; i < slot.first_state + slot.state_count(); ++i)
-      if (is_cyclic(model.states[i].beginning))
-        cycles.push_back({i, 2.0 * std::numbers::pi / harmonic_of(model, slot)});
+      if (is_cyclic(model.states[i].beginning)) cycles.push_back({i, period_of(model, slot)});
   return cycles;
 }
 

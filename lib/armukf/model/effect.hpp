@@ -145,7 +145,9 @@ enum class Role { kSize, kShape };
 /// above 0, else in equal steps. 0 points: the nominal value; `periodic`: a harmonic of the angle,
 /// which the spectrum of the residual over the angle tells; `resonant`: a frequency in Hz, which
 /// that over time may tell as well, since a lightly damped resonance falls between any steps;
-/// `with_direction`: a harmonic of what turns round with the speed, as friction does.
+/// `with_direction`: a harmonic of what turns round with the speed, as friction does; `gearing`: by
+/// how much less than the motor something turns, which is known of most machines and is looked for
+/// where it is not.
 struct Grid {
   double from = 0.0;
   double to = 0.0;
@@ -153,6 +155,7 @@ struct Grid {
   bool periodic = false;
   bool resonant = false;
   bool with_direction = false;
+  bool gearing = false;
 };
 
 /// Name, unit, nominal value, bounds and typical size of one parameter of an effect.
