@@ -8,6 +8,7 @@
 
 #include "armukf/batch/frequency_start.hpp"
 #include "armukf/core/error.hpp"
+#include "armukf/diagnosis/trace_records.hpp"
 
 namespace armukf {
 namespace {
@@ -32,6 +33,24 @@ TEST(BaseFit, NeedsNoFrequencyResponse) {
   const BaseFit fit = base_fit(published_arm(), {record}, {});
   EXPECT_EQ(fit.mse.size(), 2U);
   EXPECT_LT(fit.best.mse, 1e-6);
+}
+
+/// Effects of time once began anew in every block, so that what comes later in a record led each of
+/// the later ones astray.
+TEST(Placed, BlocksKnowHowLateTheyAre) {
+  Model truth = published_estimate();
+  truth.add_effect("thermal_friction");
+  truth.parameter("thermal_friction").value = 2.0;
+  truth.parameter("thermal_friction_time").value = 0.4;
+  truth.add_effect("payload_change");
+  truth.parameter("payload").value = 1.0;
+  truth.parameter("payload_time").value = 0.7;
+  Record record = slow_record(truth);
+  for (Sample& sample : record.samples) sample.t += 5.0;  // of its clock, not of the machine
+  const TraceRecords records = trace_records({record}, {}, {}, 0.05);
+  const FittedModel blocks =
+      placed(truth, blocks_of(records.estimation).pieces, records.propagation);
+  EXPECT_LT(blocks.mse, 1e-6);
 }
 
 }  // namespace

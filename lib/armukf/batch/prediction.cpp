@@ -67,6 +67,7 @@ struct Setting {
   FilterNoise noise{0.0};
 
   int states() const { return static_cast<int>(model.states.size()); }
+  double begin() const { return propagation.begin(samples[0].t); }  // s, of effects
 
   /// Noises that have a colour are states behind the model's.
   bool sensor_coloured() const { return noise.sensor_pole != 0.0; }
@@ -91,15 +92,15 @@ class Step {
     const auto f = [&, u = T(last.u)](const auto& state, auto& rate, double t) {
       dynamics_.derivative(t, u, state.data(), rate.data());
     };
-    propagate(setting_.propagation, f, x, last.t - setting_.samples[0].t,
-              setting_.samples[k].t - last.t, rows_in_use<State>(setting_.model));
+    propagate(setting_.propagation, f, x, last.t - setting_.begin(), setting_.samples[k].t - last.t,
+              rows_in_use<State>(setting_.model));
   }
 
   /// rad/s, what the sensor shows of these states at sample k.
   template <class State>
   T measured(const State& x, std::size_t k) const {
     const Sample& sample = setting_.samples[k];
-    return dynamics_.measured(sample.t - setting_.samples[0].t, T(sample.u), x.data());
+    return dynamics_.measured(sample.t - setting_.begin(), T(sample.u), x.data());
   }
 
  private:
@@ -427,7 +428,7 @@ class PredictionsAhead {
     for (int lane = 0; lane < kPackWidth; ++lane) {
       const std::size_t k = sample(lane);
       u[lane] = samples[k - 1].u;
-      from[lane] = samples[k - 1].t - samples[0].t;
+      from[lane] = samples[k - 1].t - setting_.begin();
       dt[lane] = samples[k].t - samples[k - 1].t;
       next_u[lane] = samples[k].u;
       steps[lane] = steps_over(setting_.propagation, dt[lane]);

@@ -62,10 +62,11 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
                          Input input, Visit visit, Angles angles, const Gains& gains) {
   const Dynamics<T> dynamics(model, p.data());
   const auto rows = rows_in_use<std::array<T, States>>(model);
+  const double begin = samples.empty() ? 0.0 : propagation.begin(samples[0].t);
   const auto measured = [&](std::size_t k) {
     T y = x[kMeasuredState];
     if constexpr (States > kArmStates)
-      y = dynamics.measured(samples[k].t - samples[0].t, input(k), x.data());
+      y = dynamics.measured(samples[k].t - begin, input(k), x.data());
     return y;
   };
   constexpr std::size_t kDropped = 16;  // samples between
@@ -85,7 +86,7 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
       const double dt = samples[k].t - last.t;
       const bool noisy = !gains.torque_noise.empty();
       if (noisy) x[kMasses[kDrivenMass].speed] += 0.5 * dt * torque_noise;
-      propagate(propagation, f, x, last.t - samples[0].t, dt, rows);
+      propagate(propagation, f, x, last.t - begin, dt, rows);
       if (noisy) x[kMasses[kDrivenMass].speed] += 0.5 * dt * torque_noise;
       if constexpr (States > kArmStates)
         if (angles == Angles::kMeasured) follow_motor(model, before, turn_before(samples, k), x);

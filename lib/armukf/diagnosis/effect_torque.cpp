@@ -22,8 +22,10 @@ std::vector<double> without(const Model& model, const EffectSlot& slot) {
 using MassTorques = std::array<std::vector<double>, kMassCount>;
 
 /// Adds those of a piece.
+/// begin: s, of effects' time.
 void add_torques(const Model& model, const EffectSlot& slot, const std::vector<Sample>& samples,
-                 const std::vector<std::vector<double>>& states, MassTorques& torques) {
+                 double begin, const std::vector<std::vector<double>>& states,
+                 MassTorques& torques) {
   const std::vector<double> full = model.values();
   const std::vector<double> less = without(model, slot);
   const Dynamics<double> with_effect(model, full.data());
@@ -32,7 +34,7 @@ void add_torques(const Model& model, const EffectSlot& slot, const std::vector<S
   std::vector<double> a(model.states.size());
   std::vector<double> b(model.states.size());
   for (std::size_t k = 0; k < samples.size(); ++k) {
-    const double t = samples[k].t - samples[0].t;
+    const double t = samples[k].t - begin;
     with_effect.derivative(t, samples[k].u, states[k].data(), a.data());
     without_effect.derivative(t, samples[k].u, states[k].data(), b.data());
     for (int i = 0; i < kMassCount; ++i)
@@ -57,7 +59,8 @@ std::vector<EffectTorque> effect_torques(const FittedModel& fit, const std::vect
   for (const EffectSlot& slot : fit.model.effects) {
     MassTorques torques;
     for (std::size_t e = 0; e < pieces.size(); ++e)
-      add_torques(fit.model, slot, pieces[e].samples, states[e], torques);
+      if (const std::vector<Sample>& samples = pieces[e].samples; !samples.empty())
+        add_torques(fit.model, slot, samples, propagation.begin(samples[0].t), states[e], torques);
     int most = 0;
     for (int i = 1; i < kMassCount; ++i)
       if (size_of(torques[i]) > size_of(torques[most])) most = i;

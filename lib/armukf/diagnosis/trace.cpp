@@ -230,7 +230,7 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   Traced result;
   Diagnosis& diagnosis = result.diagnosis;
   say("base fit", 0.0);
-  diagnosis.base = base_fit(model, records.estimation, settings.propagation);
+  diagnosis.base = base_fit(model, records.estimation, records.propagation);
   const Bases first = bases_of(model, diagnosis.base.best.model, records);
   add_start(first.best, records, diagnosis.base);
   check_fit(diagnosis.base.best, first.best.estimation, records.estimation,
@@ -311,7 +311,7 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
       &diagnosis.after_validation_measures};
   for_each_job(static_cast<int>(compared.size()), [&](int i) {
     const auto& [fit, pieces] = compared[i];
-    *measures[i] = measures_of(*fit, *pieces, angle, settings.propagation);
+    *measures[i] = measures_of(*fit, *pieces, angle, records.propagation);
   });
   diagnosis.unexplained = left_of(simulated.estimation, records.estimation, records.propagation);
   const std::vector<std::string> there = more_left(simulated, records);

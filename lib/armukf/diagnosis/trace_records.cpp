@@ -48,6 +48,16 @@ void check_length(const std::vector<Record>& records, const std::vector<Record>&
                                between, kFewestSamples));
 }
 
+/// Each from 0 s on.
+std::vector<Record> from_zero(std::vector<Record> records) {
+  for (Record& record : records) {
+    if (record.samples.empty()) continue;
+    const double first = record.samples.front().t;
+    for (Sample& sample : record.samples) sample.t -= first;
+  }
+  return records;
+}
+
 bool same_samples(const Record& a, const Record& b) {
   return std::ranges::equal(a.samples, b.samples, [](const Sample& one, const Sample& other) {
     return one.u == other.u && (one.y == other.y || (std::isnan(one.y) && std::isnan(other.y)));
@@ -59,8 +69,9 @@ bool same_samples(const Record& a, const Record& b) {
 TraceRecords trace_records(const std::vector<Record>& estimation,
                            const std::vector<Record>& validation, const Propagation& propagation,
                            double longest_gap_s) {
-  TraceRecords records{pieces_of(estimation, longest_gap_s), pieces_of(validation, longest_gap_s),
-                       propagation};
+  TraceRecords records{pieces_of(from_zero(estimation), longest_gap_s),
+                       pieces_of(from_zero(validation), longest_gap_s), propagation};
+  records.propagation.begin_s = 0.0;
   check_excitation(estimation);
   if (!validation.empty()) check_excitation(validation);
   check_length(estimation, records.estimation);

@@ -7,7 +7,8 @@
 
 namespace armukf {
 
-/// The records of a diagnosis as every step of it needs them: cut into pieces at their gaps.
+/// The records of a diagnosis as every step of it needs them: cut into pieces at their gaps, their
+/// time from 0 s on, by which the effects of a piece or a block know how late it is.
 struct TraceRecords {
   std::vector<Record> estimation;
   std::vector<Record> validation;  // never fitted; may be none

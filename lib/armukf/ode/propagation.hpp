@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string_view>
 
 namespace armukf {
@@ -12,6 +13,11 @@ struct Propagation {
   Stepper stepper = Stepper::kRungeKutta4;
   int steps = 1;               // equal steps per sample interval, at least
   double max_step_s = 0.0006;  // s; a longer interval is cut into more steps
+  /// s, the time of the samples at which that of effects begins, where what is propagated over is
+  /// part of a record; none: that of the first one.
+  std::optional<double> begin_s{};
+
+  double begin(double first) const { return begin_s.value_or(first); }
 };
 
 /// The stepper of that name (euler, rk4, cash_karp54, dopri5); throws InputError listing them.

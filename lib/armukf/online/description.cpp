@@ -61,7 +61,8 @@ void add(std::string& text, const EstimatorSettings& settings) {
   line(text, "filter", filter);
   const auto& [alpha, beta, kappa] = spread;
   line(text, "[filter] alpha, beta, kappa:", alpha, beta, kappa);
-  const auto& [stepper, steps, max_step_s] = propagation;
+  const auto& [stepper, steps, max_step_s, begin_s] = propagation;
+  (void)begin_s;  // a stream is no part of another record
   line(text, "[propagation]", name_of(stepper), steps, max_step_s);
   add(text, noise);
   const auto& [twist, speed] = prior;

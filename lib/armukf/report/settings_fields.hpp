@@ -78,7 +78,8 @@ void for_each_setting(S& settings, Visit visit) {
   visit({"filter", "beta", "2 is best for a normal distribution"}, beta);
   visit({"filter", "kappa", "added to the number n of states and unknowns", kAny}, kappa);
 
-  auto& [stepper, steps, max_step_s] = propagation;
+  auto& [stepper, steps, max_step_s, begin_s] = propagation;
+  (void)begin_s;  // nobody sets it in a file
   visit({"propagation", "stepper", "euler, rk4, cash_karp54 or dopri5"}, stepper);
   visit({"propagation", "steps", "per sample interval, at least"}, steps);
   visit({"propagation", "max_step_s", "s; a longer interval is cut into more", kPositive},
