@@ -395,7 +395,7 @@ class PredictionsAhead {
     std::size_t longest = 0;
     for (int lane = 0; lane < kPackWidth; ++lane) {
       const Begun& b = of_lane(lane);
-      const std::vector<double>& values = values_[parts_.models.empty() ? 0 : b.part];
+      const std::vector<double>& values = values_[b.part];
       for (std::size_t i = 0; i < values.size(); ++i) parameters[i][lane] = values[i];
       for (int i = 0; i < setting_.states(); ++i) x[i][lane] = b.x[i];
       longest = std::max(longest, b.last - b.k);
@@ -443,17 +443,13 @@ class PredictionsAhead {
     };
     if (std::ranges::count(steps, steps[0]) == kPackWidth) {
       take(x, steps[0]);
-      return dynamics.measured(from + dt, next_u, point(x).data());
-    }
-    const States before = x;
-    for (int lane = 0; lane < kPackWidth; ++lane) {
-      if (std::find(steps.begin(), steps.begin() + lane, steps[lane]) != steps.begin() + lane)
-        continue;  // moved with that one
-      States after = before;
-      take(after, steps[lane]);
-      for (int i = 0; i < setting_.states(); ++i)
-        for (int other = lane; other < kPackWidth; ++other)
-          if (steps[other] == steps[lane]) x[i][other] = after[i][other];
+    } else {  // before one of them lies a longer interval
+      const States before = x;
+      for (int lane = 0; lane < kPackWidth; ++lane) {
+        States after = before;
+        take(after, steps[lane]);
+        for (int i = 0; i < setting_.states(); ++i) x[i][lane] = after[i][lane];
+      }
     }
     return dynamics.measured(from + dt, next_u, point(x).data());
   }

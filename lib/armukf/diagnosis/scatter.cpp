@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "armukf/core/statistics.hpp"
+#include "armukf/fit/covariance.hpp"
 #include "armukf/fit/dense.hpp"
 
 namespace armukf {
@@ -30,7 +31,7 @@ Eigen::Index first_row(Eigen::Index rows, int part, int parts) {
 }
 
 Scatter scatter_of(const OutputError::Evaluation& at) {
-  Scatter scatter{at.J.transpose() * at.J, Eigen::MatrixXd(at.J.cols(), kFineParts)};
+  Scatter scatter{information(at.J), Eigen::MatrixXd(at.J.cols(), kFineParts)};
   for (int part = 0; part < kFineParts; ++part) {
     const Eigen::Index first = first_row(at.r.size(), part, kFineParts);
     const Eigen::Index count = first_row(at.r.size(), part + 1, kFineParts) - first;
