@@ -76,5 +76,29 @@ TEST(Without, LeavesTheOthersAsTheyAre) {
   EXPECT_EQ(rest.parameter("k_a").value, 12.0);
 }
 
+/// The range of a learnt law is known, and yet no longer what it is by default.
+TEST(Without, TheOtherEffectsStayAsTheyAre) {
+  const Model base = published_arm();
+  Model full = base;
+  for (const char* effect : {"friction_parameters", "torque_curve", "gravity"})
+    full.add_effect(effect);
+  full.parameter("Fc").value *= 2.0;
+  full.parameter("torque_curve_range").value = 4.0;
+  full.parameter("torque_curve_odd_b").value = 0.5;
+  full.parameter("gravity_ratio").value = 100.0;
+  full.parameter("gravity_ratio").known = false;
+  const std::vector<FoundEffect> effects{{"friction_parameters", 0.0, 0.0, {}},
+                                         {"torque_curve", 0.0, 0.0, {}},
+                                         {"gravity", 0.0, 0.0, {}}};
+  const Model rest = without(full, base, "friction_parameters", effects);
+  EXPECT_FALSE(rest.has_effect("friction_parameters"));
+  EXPECT_EQ(rest.parameter("Fc").value, base.parameter("Fc").value);
+  EXPECT_TRUE(rest.parameter("Fc").known);
+  EXPECT_EQ(rest.parameter("torque_curve_range").value, 4.0);
+  EXPECT_EQ(rest.parameter("torque_curve_odd_b").value, 0.5);
+  EXPECT_EQ(rest.parameter("gravity_ratio").value, 100.0);
+  EXPECT_FALSE(rest.parameter("gravity_ratio").known);
+}
+
 }  // namespace
 }  // namespace armukf

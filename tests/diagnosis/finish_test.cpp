@@ -35,11 +35,16 @@ struct Unfinished {
       candidate.accepted = true;
       diagnosis.candidates.push_back(candidate);
     }
+    for (std::size_t i = base.parameters.size(); i < full.parameters.size(); ++i) {
+      Parameter& p = full.parameters[i];  // of what is known of an effect, the truth
+      const auto true_one = std::ranges::find(truth.parameters, p.name, &Parameter::name);
+      if (p.known && true_one != truth.parameters.end()) p.value = true_one->value;
+    }
     now = explained(full, {}, records, kForesightDensity);
   }
 
-  /// least: (rad/s)^2, of models with fewer effects.
-  Simulated finish(double least) {
+  /// least: (rad/s)^2, of models with none of the effects, with one ...
+  Simulated finish(const std::vector<double>& least) {
     return finished({base, bases, records, settings}, {}, least, diagnosis, now, held);
   }
 };
@@ -53,7 +58,7 @@ Model biased() {
 
 TEST(Finished, KeepsWhatSimulatesBetterThanWithout) {
   Unfinished found(biased(), {"torque_bias"});
-  const Simulated simulated = found.finish(kInfinite);
+  const Simulated simulated = found.finish({kInfinite});
   ASSERT_EQ(found.diagnosis.effects.size(), 1u);
   EXPECT_TRUE(found.diagnosis.candidates[0].accepted);
   EXPECT_NEAR(simulated.estimation.model.parameter("torque_bias").value, 0.3, 0.1);
@@ -62,7 +67,7 @@ TEST(Finished, KeepsWhatSimulatesBetterThanWithout) {
 
 TEST(Finished, IsWithoutAnyWhereFewerWereFarBetter) {
   Unfinished found(biased(), {"torque_bias"});
-  const Simulated simulated = found.finish(0.0);
+  const Simulated simulated = found.finish({0.0});
   EXPECT_TRUE(found.diagnosis.effects.empty());
   EXPECT_TRUE(simulated.estimation.model.parameters.empty());  // the one without any, as given
   EXPECT_FALSE(found.diagnosis.candidates[0].accepted);
@@ -73,7 +78,7 @@ TEST(Finished, IsWithoutAnyWhereFewerWereFarBetter) {
 TEST(Finished, HasNoEffectThatIsWithinSoManyOfItsDeviations) {
   Unfinished found(biased(), {"torque_bias"});
   found.settings.most_sds_of_none = 1e6;
-  found.finish(kInfinite);
+  found.finish({kInfinite});
   EXPECT_TRUE(found.diagnosis.effects.empty());
   EXPECT_EQ(found.diagnosis.candidates[0].refused_because,
             "the completed model has none of it beyond its deviation");
@@ -87,7 +92,7 @@ TEST(Finished, HasAnEffectOfWhichOnlyTheBeginningIsThere) {
   truth.parameter("thermal_friction").value = -0.6;
   truth.parameter("thermal_friction_time").value = 6.0;
   Unfinished found(truth, {"thermal_friction"});
-  const Simulated simulated = found.finish(kInfinite);
+  const Simulated simulated = found.finish({kInfinite});
   ASSERT_EQ(found.diagnosis.effects.size(), 1u);
   const FittedModel& fit = simulated.estimation;
   const int size = fit.model.index_of("thermal_friction");
@@ -101,25 +106,68 @@ TEST(Finished, HasNoEffectOfWhichThereIsNone) {
   Model truth = published_estimate();
   truth.parameter("Fc").value *= 0.8;
   Unfinished found(truth, {"gear_friction"});
-  found.finish(kInfinite);
+  found.finish({kInfinite});
   EXPECT_TRUE(found.diagnosis.effects.empty());
   EXPECT_EQ(found.diagnosis.candidates[0].refused_because,
             "the completed model has none of it beyond its deviation");
 }
 
 /// Five values of the friction, which so short a record hardly tells, beside one of a bias.
-TEST(Finished, TakesOutWhatHasMostUnknownsFirst) {
-  const std::vector<std::string> both{"friction_parameters", "torque_bias"};
-  const double alone = Unfinished(biased(), {"torque_bias"}).finish(kInfinite).validation.mse;
-  const double together = Unfinished(biased(), both).finish(kInfinite).validation.mse;
+TEST(Finished, TakesOutFirstWithoutWhichTheOthersErrLeast) {
+  const std::vector<std::string> both{"torque_bias", "friction_parameters"};
+  const double alone = Unfinished(biased(), {"torque_bias"}).finish({kInfinite}).validation.mse;
+  const double together = Unfinished(biased(), both).finish({kInfinite}).validation.mse;
   ASSERT_GT(together, alone);
   Unfinished found(biased(), both);
   found.settings.most_harm_of_all = 0.0;
-  found.finish(0.5 * (together + alone));
+  found.finish({0.5 * (together + alone)});
   ASSERT_EQ(found.diagnosis.effects.size(), 1u);
   EXPECT_EQ(found.diagnosis.effects[0].effect, "torque_bias");
+  EXPECT_TRUE(found.diagnosis.candidates[0].accepted);
+  EXPECT_FALSE(found.diagnosis.candidates[1].accepted);
+}
+
+/// What two effects reached is no measure for one of them.
+TEST(Finished, IsHeldAgainstModelsWithFewerEffectsOnly) {
+  Unfinished found(biased(), {"torque_bias"});
+  found.finish({kInfinite, 0.0, 0.0});
+  EXPECT_EQ(found.diagnosis.effects.size(), 1u);
+}
+
+/// Gives less, the more is asked.
+Model saturated() {
+  Model truth = published_estimate();
+  truth.add_effect("torque_curve");
+  truth.parameter("torque_curve_range").value = 30.0;
+  truth.parameter("torque_curve_odd_b").value = -0.4;
+  truth.parameter("torque_curve_odd_c").value = -1.5;
+  truth.parameter("torque_curve_odd_d").value = -3.0;
+  return truth;
+}
+
+TEST(Absorbed, ACurveOfTheTorqueStandsForAGainAltogether) {
+  Unfinished found(saturated(), {"torque_gain", "torque_curve"});
+  const ForesightFit both = found.now.fit;
+  const ForesightFit law = absorbed({found.base, found.bases, found.records, found.settings}, both,
+                                    found.diagnosis, found.held);
+  ASSERT_EQ(found.diagnosis.effects.size(), 1u);
+  EXPECT_EQ(found.diagnosis.effects[0].effect, "torque_curve");
   EXPECT_FALSE(found.diagnosis.candidates[0].accepted);
-  EXPECT_TRUE(found.diagnosis.candidates[1].accepted);
+  EXPECT_EQ(found.diagnosis.candidates[0].refused_because, "torque_curve can stand for it");
+  EXPECT_FALSE(law.model.has_effect("torque_gain"));
+  const auto errors = [&](const ForesightFit& fit) {
+    return foresight_errors(fit.model, fit.x0, found.records.estimation, found.records.propagation)
+        .all;
+  };
+  for (const int h : {kNear, kMiddle, kFar})
+    EXPECT_NEAR(errors(law)[h] / errors(both)[h], 1.0, 0.02) << h;
+}
+
+TEST(Absorbed, ACurveOfTheTorqueIsNoBias) {
+  Unfinished found(saturated(), {"torque_bias", "torque_curve"});
+  absorbed({found.base, found.bases, found.records, found.settings}, found.now.fit, found.diagnosis,
+           found.held);
+  EXPECT_EQ(found.diagnosis.effects.size(), 2u);
 }
 
 TEST(ErrorSoFar, IsThatOfTheBlocksByWhatForetellsThem) {

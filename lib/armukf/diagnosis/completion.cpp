@@ -4,13 +4,18 @@
 #include <cmath>
 #include <cstddef>
 
+#include "armukf/model/plant.hpp"
+
 namespace armukf {
 
 void hold(const Model& before, ForesightFit& slow, Held& held) {
-  const std::vector<int> were_unknown = before.unknowns();
+  const auto was_unknown = [&](const Parameter& p) {
+    return std::ranges::any_of(before.unknowns(),
+                               [&](int i) { return before.parameters[i].name == p.name; });
+  };
   for (std::size_t i = 0; i < slow.fitted.size(); ++i) {
-    if (std::ranges::find(were_unknown, slow.fitted[i]) != were_unknown.end()) continue;
     Parameter& p = slow.model.parameters[slow.fitted[i]];
+    if (was_unknown(p)) continue;
     p.known = true;
     held[p.name] = slow.sd[i];
   }
@@ -48,9 +53,11 @@ Model without(const Model& full, const Model& base, const std::string& effect,
   Model model = base;
   for (const FoundEffect& other : effects)
     if (other.effect != effect) model.add_effect(other.effect);
-  for (Parameter& p : model.parameters) {
-    const Parameter& as_it_is = full.parameter(p.name);
-    if (!p.known) p = as_it_is;  // else it is what only that effect had set free
+  for (std::size_t i = 0; i < model.parameters.size(); ++i) {
+    Parameter& p = model.parameters[i];
+    const bool of_arm = i < static_cast<std::size_t>(kArmParameters);
+    if (of_arm && p.known) continue;  // only that effect had set it free, if anything has
+    p = full.parameter(p.name);
   }
   return model;
 }

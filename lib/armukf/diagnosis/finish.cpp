@@ -12,6 +12,7 @@
 #include "armukf/batch/pieces.hpp"
 #include "armukf/batch/searches.hpp"
 #include "armukf/core/parallel.hpp"
+#include "armukf/core/statistics.hpp"
 #include "armukf/diagnosis/trial.hpp"
 #include "armukf/fit/dense.hpp"
 
@@ -34,12 +35,62 @@ StatesOfPieces states_by_name(const Model& fewer, const Model& full, const State
 
 /// The model without that effect, not yet fitted again.
 ForesightFit without_effect(const Completing& completing, const std::string& effect,
-                            const Diagnosis& diagnosis, const Explained& now) {
+                            const Diagnosis& diagnosis, const ForesightFit& fit) {
   ForesightFit fewer;
-  fewer.model = without(now.fit.model, completing.base, effect, diagnosis.effects);
-  fewer.density = now.fit.density;
-  fewer.x0 = states_by_name(fewer.model, now.fit.model, now.fit.x0);
+  fewer.model = without(fit.model, completing.base, effect, diagnosis.effects);
+  fewer.density = fit.density;
+  fewer.x0 = states_by_name(fewer.model, fit.model, fit.x0);
   return fewer;
+}
+
+/// What the sizes at `by` have to change by, a row each, to do what a unit of the sizes at `of`
+/// does, a column each; nothing where they cannot.
+std::optional<Eigen::MatrixXd> shares_for(const ForesightFit& fit, const std::vector<int>& of,
+                                          const std::vector<int>& by) {
+  constexpr double kLeft = 1e-6;  // of what a size does to the predictions, squared
+  const auto places = [&](const std::vector<int>& positions) {
+    std::vector<Eigen::Index> found;
+    for (const int position : positions) {
+      const auto at = std::ranges::find(fit.fitted, position);
+      if (at != fit.fitted.end()) found.push_back(at - fit.fitted.begin());
+    }
+    return found;
+  };
+  const std::vector<Eigen::Index> own = places(of);
+  const std::vector<Eigen::Index> law = places(by);
+  const Eigen::MatrixXd& information = fit.scatter.information;
+  if (of.empty() || own.size() != of.size() || law.size() != by.size() || information.size() == 0)
+    return {};
+  const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
+  const Eigen::MatrixXd shares = shortest_solution(scaled(law, law), scaled(law, own));
+  const Eigen::VectorXd left = (scaled(own, own) - scaled(own, law) * shares).diagonal();
+  if (!(left.maxCoeff() < kLeft)) return {};
+  return scale(law).asDiagonal() * shares * scale(own).cwiseInverse().asDiagonal();
+}
+
+/// The best model without the effect at that place.
+Explained explained_without(const Completing& completing, std::size_t place,
+                            const Diagnosis& diagnosis, const Explained& now) {
+  return best_explained(
+      without_effect(completing, diagnosis.effects[place].effect, diagnosis, now.fit),
+      completing.bases, completing.records);
+}
+
+/// Of the effects that without which the others err least on what judges, and the model of those.
+std::pair<std::size_t, Explained> least_missed(const Completing& completing,
+                                               const Diagnosis& diagnosis, const Explained& now) {
+  std::pair<std::size_t, Explained> best{0, explained_without(completing, 0, diagnosis, now)};
+  if (diagnosis.effects.size() == 1) return best;
+  double least = error_so_far(best.second, completing.records);
+  for (std::size_t i = 1; i < diagnosis.effects.size(); ++i) {
+    Explained rest = explained_without(completing, i, diagnosis, now);
+    const double error = error_so_far(rest, completing.records);
+    if (!(error < least) && std::isfinite(least)) continue;
+    least = error;
+    best = {i, std::move(rest)};
+  }
+  return best;
 }
 
 /// Books that the effect at that place is not there after all.
@@ -57,62 +108,59 @@ void take_out(std::size_t place, const std::string& reason, const Model& base, D
   held = unknown_in(others, std::move(held));
 }
 
-/// Place of the effect with most unknowns, of the last such.
-std::size_t heaviest(const Completing& completing, const Diagnosis& diagnosis, const Model& full) {
-  std::size_t place = 0;
-  std::size_t fewest = full.parameters.size();
-  for (std::size_t i = 0; i < diagnosis.effects.size(); ++i) {
-    const std::size_t others =
-        without(full, completing.base, diagnosis.effects[i].effect, diagnosis.effects)
-            .unknowns()
-            .size();
-    if (others > fewest) continue;
-    fewest = others;
-    place = i;
+/// Covariance of the parameters at those positions where some others are as they were found;
+/// nothing where one of them is not told.
+std::optional<Eigen::MatrixXd> covariance_given(const FittedModel& fit,
+                                                const std::vector<int>& positions,
+                                                const std::vector<int>& given) {
+  std::vector<Eigen::Index> own;
+  std::vector<Eigen::Index> others;
+  for (std::size_t i = 0; i < fit.parameters.size(); ++i) {
+    if (!std::isfinite(fit.parameters[i].sd)) continue;
+    const auto is_among = [&](const std::vector<int>& some) {
+      return std::ranges::find(some, fit.parameters[i].position) != some.end();
+    };
+    if (is_among(positions)) own.push_back(static_cast<Eigen::Index>(i));
+    if (is_among(given)) others.push_back(static_cast<Eigen::Index>(i));
   }
-  return place;
-}
-
-/// Deviation of the parameter at that position where some others are as they were found; 0 where
-/// nothing is told of it.
-double told_within(const FittedModel& fit, int position, const std::vector<int>& given) {
-  const auto place = [&](int of) {
-    const auto at = std::ranges::find(fit.parameters, of, &ParameterEstimate::position);
-    const bool told = at != fit.parameters.end() && std::isfinite(at->sd);
-    return told ? static_cast<int>(at - fit.parameters.begin()) : -1;
+  if (own.size() != positions.size()) return {};
+  const auto among = [&](const std::vector<Eigen::Index>& rows,
+                         const std::vector<Eigen::Index>& columns) {
+    Eigen::MatrixXd part(rows.size(), columns.size());
+    for (Eigen::Index i = 0; i < part.rows(); ++i)
+      for (Eigen::Index j = 0; j < part.cols(); ++j)
+        part(i, j) = fit.covariance(static_cast<int>(rows[i]), static_cast<int>(columns[j]));
+    return part;
   };
-  const int own = place(position);
-  if (own < 0) return 0.0;
-  std::vector<int> places;
-  for (const int of : given)
-    if (const int at = place(of); at >= 0) places.push_back(at);
-  const auto n = static_cast<Eigen::Index>(places.size());
-  Eigen::MatrixXd among(n, n);
-  Eigen::VectorXd with_own(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    with_own[i] = fit.covariance(places[i], own);
-    for (Eigen::Index j = 0; j < n; ++j) among(i, j) = fit.covariance(places[i], places[j]);
-  }
-  const double by_others = n > 0 ? with_own.dot(symmetric_solution(among, with_own)) : 0.0;
-  return std::sqrt(std::max(0.0, fit.covariance(own, own) - by_others));
+  Eigen::MatrixXd covariance = among(own, own);
+  const Eigen::MatrixXd others_alone = among(others, others);
+  const Eigen::MatrixXd with_own = among(others, own);
+  for (Eigen::Index j = 0; j < covariance.cols() && !others.empty(); ++j)
+    covariance.col(j) -= with_own.transpose() * symmetric_solution(others_alone, with_own.col(j));
+  return covariance;
 }
 
-/// Whether all that makes an effect larger than nothing is 0, or no more of its deviations from it
-/// than that, its shapes as they are.
+/// Whether all that makes an effect larger than nothing is 0, or together no further from it than
+/// so many deviations of a single size, its shapes as they are. Together: beside an effect that can
+/// stand for a part of it each size may be anything, and yet they are not none.
 bool is_none(const EffectSlot& slot, const FittedModel& fit, double most_sds) {
   constexpr double kNothing = 1e-9;  // of a typical size: what a bound leaves
   const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
-  const std::vector<int> shapes = positions_of(slot, Role::kShape);
-  bool any = false;
-  for (std::size_t i = 0; i < parameters.size(); ++i) {
-    if (parameters[i].role != Role::kSize) continue;
-    any = true;
-    const int position = slot.first_parameter + static_cast<int>(i);
-    const double size = std::abs(fit.model.parameters[position].value);
-    const double sd = told_within(fit, position, shapes);
-    if (!(size <= std::max(kNothing * parameters[i].scale, most_sds * sd))) return false;
-  }
-  return any;
+  std::vector<int> sizes = positions_of(slot, Role::kSize);
+  if (sizes.empty()) return false;
+  std::erase_if(sizes, [&](int position) {
+    return std::abs(fit.model.parameters[position].value) <=
+           kNothing * parameters[position - slot.first_parameter].scale;
+  });
+  if (sizes.empty()) return true;
+  const std::optional<Eigen::MatrixXd> covariance =
+      covariance_given(fit, sizes, positions_of(slot, Role::kShape));
+  if (!covariance) return false;
+  Eigen::VectorXd size(sizes.size());
+  for (Eigen::Index i = 0; i < size.size(); ++i) size[i] = fit.model.parameters[sizes[i]].value;
+  const double squared = size.dot(symmetric_solution(*covariance, size));
+  return chi_square_tail(squared, static_cast<double>(sizes.size())) >=
+         chi_square_tail(most_sds * most_sds, 1.0);
 }
 
 /// Place of an effect that the completed model has none of.
@@ -221,12 +269,42 @@ double error_so_far(const Explained& now, const TraceRecords& records) {
   return placed(of_pieces(now.fit.left_out, blocks), blocks.pieces, records.propagation).mse;
 }
 
+ForesightFit absorbed(const Completing& completing, ForesightFit fit, Diagnosis& diagnosis,
+                      Held& held) {
+  const std::string law = diagnosis.effects.back().effect;
+  const auto slot_of = [&](const std::string& effect) {
+    return *std::ranges::find(fit.model.effects, effect, &EffectSlot::name);
+  };
+  if (!is_learnt_law(slot_of(law).effect)) return fit;
+  for (std::size_t i = 0; i + 1 < diagnosis.effects.size();) {
+    const std::vector<int> sizes = positions_of(slot_of(law), Role::kSize);
+    const std::vector<int> its = positions_of(slot_of(diagnosis.effects[i].effect), Role::kSize);
+    const std::optional<Eigen::MatrixXd> shares = shares_for(fit, its, sizes);
+    if (!shares) {
+      ++i;
+      continue;
+    }
+    for (std::size_t j = 0; j < sizes.size(); ++j) {
+      Parameter& p = fit.model.parameters[sizes[j]];
+      for (std::size_t k = 0; k < its.size(); ++k)
+        p.value += (*shares)(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(k)) *
+                   fit.model.parameters[its[k]].value;
+      p.value = std::clamp(p.value, p.lower, p.upper);
+    }
+    const ForesightFit rest =
+        without_effect(completing, diagnosis.effects[i].effect, diagnosis, fit);
+    fit = explained(rest.model, rest.x0, completing.records, rest.density).fit;
+    take_out(i, fmt::format("{} can stand for it", law), completing.base, diagnosis, held);
+  }
+  return fit;
+}
+
 void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& now, Held& held) {
   const bool validated = !completing.records.validation.empty();
   for (std::size_t i = 0; diagnosis.effects.size() > 1 && i < diagnosis.effects.size();) {
-    std::optional<Explained> rest =
-        explained_as_well(without_effect(completing, diagnosis.effects[i].effect, diagnosis, now),
-                          completing.bases, now.estimation, completing.records);
+    std::optional<Explained> rest = explained_as_well(
+        without_effect(completing, diagnosis.effects[i].effect, diagnosis, now.fit),
+        completing.bases, now.estimation, completing.records);
     if (!rest || !as_well(*rest, now, kMiddle, validated, kNoHelp)) {
       ++i;
       continue;
@@ -236,26 +314,29 @@ void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& 
   }
 }
 
-Simulated finished(const Completing& completing, const Simulated& without_any, double least,
-                   Diagnosis& diagnosis, Explained& now, Held& held) {
+Simulated finished(const Completing& completing, const Simulated& without_any,
+                   const std::vector<double>& errors, Diagnosis& diagnosis, Explained& now,
+                   Held& held) {
   const TraceRecords& records = completing.records;
-  const auto go_on_without = [&](std::size_t place, const std::string& reason) {
-    now =
-        best_explained(without_effect(completing, diagnosis.effects[place].effect, diagnosis, now),
-                       completing.bases, records);
+  const auto go_on_without = [&](std::size_t place, Explained rest, const std::string& reason) {
+    now = std::move(rest);
     take_out(place, reason, completing.base, diagnosis, held);
   };
   while (!diagnosis.effects.empty()) {
     Simulated simulated{refined(now, held, records), {}};
     if (const auto none =
             place_of_none(diagnosis, simulated.estimation, completing.settings.most_sds_of_none)) {
-      go_on_without(*none, "the completed model has none of it beyond its deviation");
+      go_on_without(*none, explained_without(completing, *none, diagnosis, now),
+                    "the completed model has none of it beyond its deviation");
       continue;
     }
     simulated.validation = judged(simulated.estimation, records);
     const double error = simulated.validation.mse;
+    const double least = *std::ranges::min_element(
+        errors.begin(), errors.begin() + std::min(errors.size(), diagnosis.effects.size()));
     if (does_as_well(error, least, completing.settings.most_harm_of_all)) return simulated;
-    go_on_without(heaviest(completing, diagnosis, set_free(now.fit.model, held)),
+    auto [place, rest] = least_missed(completing, diagnosis, now);
+    go_on_without(place, std::move(rest),
                   fmt::format("leads the completed model astray: on what it was not fitted to its "
                               "error is {:.3g} (rad/s)^2, with fewer effects it was {:.3g}",
                               error, least));

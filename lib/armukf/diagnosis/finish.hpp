@@ -40,15 +40,22 @@ struct Completing {
   const AcceptanceSettings& settings;
 };
 
+/// Takes out what a learnt law can stand for altogether, as a torque's curve for its gain: no
+/// record tells the two apart. The law, found last, gets those effects' share. fit: the model with
+/// all of them; returns it without.
+ForesightFit absorbed(const Completing& completing, ForesightFit fit, Diagnosis& diagnosis,
+                      Held& held);
+
 /// Takes out again what no longer helps; what is taken out was not accepted in the end.
 void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& now, Held& held);
 
 /// The completed model, without what it turns out to have none of. Where a model with fewer effects
 /// came out far better on what judges, the effects follow something that the catalogue does not
-/// have, and would lead the model astray on other records: that with most parameters goes, until
-/// that is over or none is left. least: (rad/s)^2, of the errors there of models with fewer
-/// effects; without_any: the model without.
-Simulated finished(const Completing& completing, const Simulated& without_any, double least,
-                   Diagnosis& diagnosis, Explained& now, Held& held);
+/// have, and would lead the model astray on other records: that goes without which the others err
+/// least, until that is over or none is left. errors: (rad/s)^2, the least one there of models with
+/// none of the effects, with one, with two ...; without_any: the model without.
+Simulated finished(const Completing& completing, const Simulated& without_any,
+                   const std::vector<double>& errors, Diagnosis& diagnosis, Explained& now,
+                   Held& held);
 
 }  // namespace armukf

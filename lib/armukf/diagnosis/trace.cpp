@@ -244,11 +244,13 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
             fmt::format("the model fitted to {}", records.estimation.front().name));
   diagnosis.base_validation = simulated.validation;
   const Simulated without_any = simulated;
-  double least = simulated.validation.mse;  // of models with fewer effects
   double error = error_so_far(first.best, records);
+  std::vector<double> errors{
+      simulated.validation.mse};  // the least with none of the effects, with one, with two ...
   std::vector<ForesightFit> bases = first.all;
   Explained now = first.best;
   const Model base = now.fit.model;
+  const Completing completing{base, first.minima, records, settings.acceptance};
   Held held;
   Rivals to_weigh;
   bool all_weighed = false;  // each with all others there
@@ -268,15 +270,19 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
     }
     note(found, chosen, round, diagnosis.candidates);
     if (chosen == nullptr) break;
-    ForesightFit fit = chosen->explained.fit;
+    const double before = error;
+    errors.resize(std::max(errors.size(), diagnosis.effects.size() + 1), kInfinite);
+    double& least = errors[diagnosis.effects.size()];
+    least = std::min(least, before);
+    const std::string& effect = chosen->trial.effect;
+    diagnosis.effects.push_back({effect, chosen->evidence.p_value, 0.0, name.confused_with});
+    ForesightFit fit = absorbed(completing, chosen->explained.fit, diagnosis, held);
     slow_first = fit.density == kSlowDensity;
     if (slow_first) hold(now.fit.model, fit, held);
     now = best_explained(fit, first.minima, records);
     noise_hopeless = name.noise_hopeless &&
                      now.estimation.level() > chosen->explained.estimation.level() - kFarBetter;
     bases = {now.fit};
-    least = std::min(least, error);
-    const double before = error;
     for_each_job(2, [&](int i) {
       if (i == 0) {
         error = error_so_far(now, records);
@@ -284,19 +290,16 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
         simulated.estimation = plain(now, records);
       }
     });
-    const std::string& effect = chosen->trial.effect;
-    diagnosis.effects.push_back(
-        {effect, chosen->evidence.p_value, 100.0 * (1.0 - error / before), name.confused_with});
+    diagnosis.effects.back().mse_reduction_percent = 100.0 * (1.0 - error / before);
     all_weighed = name.weighed && diagnosis.effects.size() == 1;
     to_weigh[effect] = name.rivals;
   }
   say("removal", 0.9);
-  const Completing completing{base, first.minima, records, settings.acceptance};
   remove_idle(completing, diagnosis, now, held);
   say("names", 0.93);
   if (!all_weighed) weigh_names(base, to_weigh, records, settings.acceptance, diagnosis, now, held);
   if (!diagnosis.effects.empty())
-    simulated = finished(completing, without_any, least, diagnosis, now, held);
+    simulated = finished(completing, without_any, errors, diagnosis, now, held);
   say("what is left", 0.95);
   diagnosis.after = simulated.estimation;
   diagnosis.after_validation = simulated.validation;
