@@ -235,6 +235,26 @@ std::vector<Sample> measured_by(const Model& model, std::vector<Sample> samples)
   return samples;
 }
 
+/// A spring that hardens, and swings: from a guess at rest a search over seconds ends in a minimum
+/// on the way, from the first moments or from a start nearby it does not.
+TEST(SimulationFit, FindsTheInitialStatesOfAnArmThatSwingsFar) {
+  Model model = published_estimate();
+  model.add_effect("arm_stiffness_cubic");
+  model.parameter("arm_stiffness_cubic").value = 40.0;
+  for (const double twist : {-1.0, -0.8, 0.8, 1.0}) {
+    std::vector<double> x0 = start_of(model);
+    x0[1] = twist;
+    std::vector<Sample> samples = sines(3000);
+    const std::vector<double> y = simulate(model, x0, samples, {});
+    for (std::size_t k = 0; k < samples.size(); ++k) samples[k].y = y[k];
+    const InitialStates found = fit_initial_states(model, all_free(model), samples, {});
+    EXPECT_NEAR(found.x0[1], twist, 1e-3);
+    std::vector<double> nearby = x0;
+    nearby[1] *= 0.9;
+    EXPECT_NEAR(fit_initial_states(model, all_free(model), samples, {}, nearby).x0[1], twist, 1e-3);
+  }
+}
+
 TEST(SimulationFit, FindsTheInitialStatesOfItsOwnModel) {
   const Model model = published_estimate();
   std::vector<Sample> samples = measured_by(model, sines(3000));

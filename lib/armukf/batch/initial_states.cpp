@@ -71,6 +71,28 @@ StatesOfPieces starts_over_cycles(const OutputError& error, const InitialChoice&
   return starts;
 }
 
+/// Where the first moments of the record lead a search, then longer ones from there: over a longer
+/// time a resonance that hardly fades has turned so often that there are minima on the way.
+std::vector<double> by_first_moments(const Model& known, const InitialChoice& choice,
+                                     const std::vector<Sample>& samples,
+                                     const Propagation& propagation, std::vector<double> x0,
+                                     Precision derivatives) {
+  constexpr double kFirstS = 0.05;
+  constexpr double kTimes = 3.0;
+  const double duration = samples.back().t - samples.front().t;
+  for (double s = kFirstS; s < duration; s *= kTimes) {
+    const auto end = std::ranges::find_if(
+        samples, [&](const Sample& sample) { return sample.t > samples.front().t + s; });
+    const std::vector<Record> first{{"", {samples.begin(), end}}};
+    const OutputError error(known, first, choice, propagation, no_gains(first.size(), derivatives));
+    if (error.measured() < error.variables()) continue;
+    const Minimum minimum =
+        search(error, error.variables_of_model({x0}), kInfinite, limits_for(error));
+    if (std::isfinite(minimum.cost)) x0 = error.initial_states_at(minimum.z.data(), 0);
+  }
+  return x0;
+}
+
 }  // namespace
 
 InitialStates fit_initial_states(const Model& model, const InitialChoice& choice,
@@ -83,13 +105,22 @@ InitialStates fit_initial_states(const Model& model, const InitialChoice& choice
   const OutputError error(known, records, choice, propagation,
                           no_gains(records.size(), derivatives));
   if (choice.free.empty() || error.measured() < error.variables()) return initial;
-  const StatesOfPieces starts =
-      from.empty() ? starts_over_cycles(error, choice, known, initial.x0) : StatesOfPieces{from};
+  constexpr double kBetter = 1e-6;  // of the cost: another minimum
+  StatesOfPieces starts;
+  if (from.empty()) {
+    starts = starts_over_cycles(error, choice, known, initial.x0);
+  } else {
+    starts = {from, initial.x0};
+    for (const Cycle& cycle : cycles_of(known)) starts.back()[cycle.state] = from[cycle.state];
+  }
+  starts.push_back(
+      by_first_moments(known, choice, samples, propagation, starts.back(), derivatives));
   Minimum minimum;
   minimum.cost = kInfinite;
   for (const std::vector<double>& x0 : starts) {
     Minimum found = search(error, error.variables_of_model({x0}), kInfinite, limits_for(error));
-    if (minimum.z.empty() || found.cost < minimum.cost) minimum = std::move(found);
+    const bool better = !std::isfinite(minimum.cost) || found.cost < (1.0 - kBetter) * minimum.cost;
+    if (minimum.z.empty() || better) minimum = std::move(found);
   }
   const OutputError::Evaluation at = error.evaluate(minimum.z.data());
   if (!at.valid) return initial;

@@ -20,8 +20,8 @@ struct InitialStates {
 
 /// Least-squares estimate of the free initial states, the parameters as given. Angles and phases of
 /// effects (cycles_of), of which no record tells where they begin, are looked for over their whole
-/// period. Where the search fails, x0 is the initial guess. from: where the search begins, angles
-/// and phases as they are there; empty: the guess.
+/// period. Where the search fails, x0 is the initial guess. from: where a search begins beside the
+/// guess, whose angles and phases are then as they are there.
 InitialStates fit_initial_states(const Model& model, const InitialChoice& choice,
                                  const std::vector<Sample>& samples, const Propagation& propagation,
                                  const std::vector<double>& from = {},

@@ -33,7 +33,8 @@ constexpr int size_for(int directions) {
 
 /// How many it may carry; the least that is enough is taken.
 template <Precision P>
-using Sizes = std::integer_sequence<int, size_for<P>(8), size_for<P>(16), kMostAtOnce<P>>;
+using Sizes =
+    std::integer_sequence<int, size_for<P>(8), size_for<P>(16), size_for<P>(24), kMostAtOnce<P>>;
 
 template <Precision P, class Work, int N, int... Larger>
 void with_directions(int count, std::integer_sequence<int, N, Larger...> /*sizes*/, Work work) {

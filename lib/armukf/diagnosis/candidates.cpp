@@ -499,14 +499,16 @@ Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords
   };
   minima.erase(std::unique(minima.begin(), minima.end(), same), minima.end());
   minima.resize(std::min(minima.size(), kMinima));
-  Bases bases{minima.front(), {}, {}};
+  Bases bases{minima.front(), {}, {}, {}};
   for (const Explained& minimum : minima) {
     bases.all.push_back(minimum.fit);
     if (level(minimum) < level(minima.front()) + kFarMinimum) bases.minima.push_back(minimum.fit);
   }
+  bases.restarts = bases.minima;
   for (const Model* given : {&model, &fitted_model})
     bases.all.push_back(
         fit_foresight(*given, {}, records.estimation, records.propagation, kForesightDensity, 0));
+  bases.restarts.push_back(bases.all[bases.all.size() - 2]);
   return bases;
 }
 

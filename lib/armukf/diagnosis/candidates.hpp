@@ -39,14 +39,15 @@ std::optional<Explained> explained_as_well(const ForesightFit& fit,
 /// What effects are tried on top of at first.
 struct Bases {
   Explained best;
-  std::vector<ForesightFit> minima;  // not far above the best
-  std::vector<ForesightFit> all;     // those far above it as well, and what was given
+  std::vector<ForesightFit> minima;    // not far above the best
+  std::vector<ForesightFit> all;       // those far above it as well, and what was given
+  std::vector<ForesightFit> restarts;  // the first, and the model's values
 };
 
 /// Minima of the model, from the plain fit's values, from those of the model, and from a soft arm,
 /// each at once and by way of a filter that follows the measurements closely; the best first. Then
 /// the first two of these values as they are, since in every minimum the arm may stand in for what
-/// is missing.
+/// is missing: so once an effect is found, they are a start of the whole as well.
 Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords& records);
 
 /// An effect, fitted on top of a model.

@@ -11,6 +11,7 @@
 
 #include "armukf/batch/pieces.hpp"
 #include "armukf/batch/searches.hpp"
+#include "armukf/batch/simulation.hpp"
 #include "armukf/core/parallel.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/diagnosis/trial.hpp"
@@ -181,10 +182,34 @@ std::vector<Model> of_pieces(const std::vector<Model>& of_blocks, const Blocks& 
   return models;
 }
 
+/// States at the first sample of each block, as a filter by the model has them there that follows
+/// the pieces from their own first samples on; none where that has run away.
+StatesOfPieces passed_states(const Model& model, const StatesOfPieces& x0,
+                             const TraceRecords& records) {
+  const std::vector<Record>& pieces = records.estimation;
+  const std::vector<Gains> gains = foresight_gains(model, x0, pieces, records.propagation);
+  StatesOfPieces passed;
+  Eigen::Index row = 0;
+  const Eigen::Index rows = rows_of(pieces);
+  for (std::size_t e = 0; e < pieces.size(); ++e) {
+    const std::vector<std::vector<double>> states =
+        simulate_states(model, x0[e], pieces[e].samples, records.propagation, gains[e]);
+    int last = -1;
+    for (const std::vector<double>& x : states) {
+      const int block = block_of(row++, rows);
+      const bool told = std::ranges::all_of(x, [](double value) { return std::isfinite(value); });
+      if (block != last) passed.push_back(told ? x : std::vector<double>{});
+      last = block;
+    }
+  }
+  return passed;
+}
+
 /// Each block simulated by the model as it is fitted to the others.
 FittedModel without_each_block(const FittedModel& fit, const TraceRecords& records) {
   const Blocks blocks = blocks_of(records.estimation);
-  const StatesOfPieces placed_x0 = placed(fit.model, blocks.pieces, records.propagation).x0;
+  const StatesOfPieces passed = passed_states(fit.model, fit.x0, records);
+  const StatesOfPieces placed_x0 = placed(fit.model, blocks.pieces, records.propagation, passed).x0;
   std::vector<Model> models(kForesightBlocks, fit.model);
   for_each_job(kForesightBlocks, [&](int block) {
     std::vector<Record> others;
@@ -202,7 +227,7 @@ FittedModel without_each_block(const FittedModel& fit, const TraceRecords& recor
                                              Precision::kSingle})
                         .model;
   });
-  FittedModel all = placed(of_pieces(models, blocks), blocks.pieces, records.propagation);
+  FittedModel all = placed(of_pieces(models, blocks), blocks.pieces, records.propagation, passed);
   all.model = fit.model;
   all.parameters = fit.parameters;
   return all;
@@ -266,7 +291,9 @@ double error_so_far(const Explained& now, const TraceRecords& records) {
   if (records.validation_judges())
     return placed(now.fit.model, records.validation, records.propagation).mse;
   const Blocks blocks = blocks_of(records.estimation);
-  return placed(of_pieces(now.fit.left_out, blocks), blocks.pieces, records.propagation).mse;
+  return placed(of_pieces(now.fit.left_out, blocks), blocks.pieces, records.propagation,
+                passed_states(now.fit.model, now.fit.x0, records))
+      .mse;
 }
 
 ForesightFit absorbed(const Completing& completing, ForesightFit fit, Diagnosis& diagnosis,

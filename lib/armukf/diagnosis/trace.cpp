@@ -279,7 +279,7 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
     ForesightFit fit = absorbed(completing, chosen->explained.fit, diagnosis, held);
     slow_first = fit.density == kSlowDensity;
     if (slow_first) hold(now.fit.model, fit, held);
-    now = best_explained(fit, first.minima, records);
+    now = best_explained(fit, first.restarts, records);
     noise_hopeless = name.noise_hopeless &&
                      now.estimation.level() > chosen->explained.estimation.level() - kFarBetter;
     bases = {now.fit};
