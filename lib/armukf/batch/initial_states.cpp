@@ -105,10 +105,11 @@ InitialStates fit_initial_states(const Model& model, const InitialChoice& choice
   const OutputError error(known, records, choice, propagation,
                           no_gains(records.size(), derivatives));
   if (choice.free.empty() || error.measured() < error.variables()) return initial;
-  constexpr double kBetter = 1e-6;  // of the cost: another minimum
+  std::size_t needed = 1;  // starts from which a search is made in any case
   StatesOfPieces starts;
   if (from.empty()) {
     starts = starts_over_cycles(error, choice, known, initial.x0);
+    needed = starts.size();
   } else {
     starts = {from, initial.x0};
     for (const Cycle& cycle : cycles_of(known)) starts.back()[cycle.state] = from[cycle.state];
@@ -117,10 +118,17 @@ InitialStates fit_initial_states(const Model& model, const InitialChoice& choice
       by_first_moments(known, choice, samples, propagation, starts.back(), derivatives));
   Minimum minimum;
   minimum.cost = kInfinite;
-  for (const std::vector<double>& x0 : starts) {
-    Minimum found = search(error, error.variables_of_model({x0}), kInfinite, limits_for(error));
-    const bool better = !std::isfinite(minimum.cost) || found.cost < (1.0 - kBetter) * minimum.cost;
-    if (minimum.z.empty() || better) minimum = std::move(found);
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    const Variables variables = error.variables_of_model({starts[i]});
+    const auto searched = [&](SearchLimits limits) {
+      return search(error, variables, kInfinite, limits);
+    };
+    SearchLimits none = limits_for(error);
+    none.iterations = 0;
+    // A start below the minimum that is known leads to another one.
+    if (i >= needed && !(searched(none).cost < minimum.cost)) continue;
+    Minimum found = searched(limits_for(error));
+    if (minimum.z.empty() || found.cost < minimum.cost) minimum = std::move(found);
   }
   const OutputError::Evaluation at = error.evaluate(minimum.z.data());
   if (!at.valid) return initial;

@@ -31,7 +31,8 @@ namespace {
 constexpr double kHopelessFit = 20.0;  // percent, of a simulation
 constexpr double kForetoldFit = 50.0;  // percent, of predictions over 200 samples
 constexpr double kFarBetter = 0.2;     // of the level: so much less is left that noise may be all
-constexpr double kMoreLeft = 1.5;      // times, of the validation's error over the estimation's
+constexpr double kMuch = 0.5;      // of the error: lacking that, a fit has bent the arm's values
+constexpr double kMoreLeft = 1.5;  // times, of the validation's error over the estimation's
 
 /// A further start of the plain fit: what foretells best may lie in a better minimum of the
 /// simulation as well.
@@ -279,7 +280,8 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
     ForesightFit fit = absorbed(completing, chosen->explained.fit, diagnosis, held);
     slow_first = fit.density == kSlowDensity;
     if (slow_first) hold(now.fit.model, fit, held);
-    now = best_explained(fit, first.restarts, records);
+    const bool bent = most_help(chosen->evidence.witnesses.front()) > kMuch;
+    now = best_explained(fit, bent ? first.restarts : first.minima, records);
     noise_hopeless = name.noise_hopeless &&
                      now.estimation.level() > chosen->explained.estimation.level() - kFarBetter;
     bases = {now.fit};
