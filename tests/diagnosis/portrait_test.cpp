@@ -58,6 +58,14 @@ TEST(Portrait, SeesNoStepsInNumbersOfAFewDigits) {
   EXPECT_TRUE(portrait_of(record).empty());
 }
 
+/// Neighbours are often the same there, by chance.
+TEST(Portrait, SeesNoLostSamplesInStepsThatNoiseHides) {
+  constexpr double kStep = 0.05;  // rad/s, beside noise of 0.1
+  Record record = plain_record();
+  for (Sample& sample : record.samples) sample.y = kStep * std::round(sample.y / kStep);
+  EXPECT_TRUE(portrait_of(record).empty());
+}
+
 /// Friction of up to 0.2 N.m, more or less of it with the motor's angle, that is part of what moves
 /// the arm, and not of the column u.
 TEST(Portrait, TellsFrictionThatRepeatsWithTheAngle) {

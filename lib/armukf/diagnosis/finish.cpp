@@ -145,7 +145,7 @@ std::optional<Eigen::MatrixXd> covariance_given(const FittedModel& fit,
 /// so many deviations of a single size, its shapes as they are. Together: beside an effect that can
 /// stand for a part of it each size may be anything, and yet they are not none.
 bool is_none(const EffectSlot& slot, const FittedModel& fit, double most_sds) {
-  constexpr double kNothing = 1e-9;  // of a typical size: what a bound leaves
+  constexpr double kNothing = 1e-6;  // of a typical size: what a bound leaves
   const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
   std::vector<int> sizes = positions_of(slot, Role::kSize);
   if (sizes.empty()) return false;

@@ -31,7 +31,7 @@ namespace {
 constexpr double kHopelessFit = 20.0;  // percent, of a simulation
 constexpr double kForetoldFit = 50.0;  // percent, of predictions over 200 samples
 constexpr double kFarBetter = 0.2;     // of the level: so much less is left that noise may be all
-constexpr double kMuch = 0.5;      // of the error: lacking that, a fit has bent the arm's values
+constexpr double kMuch = 0.3;      // of the error: lacking that, a fit has bent the arm's values
 constexpr double kMoreLeft = 1.5;  // times, of the validation's error over the estimation's
 
 /// A further start of the plain fit: what foretells best may lie in a better minimum of the
