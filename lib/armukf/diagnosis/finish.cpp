@@ -20,63 +20,7 @@
 namespace armukf {
 namespace {
 
-constexpr int kShort = 4;         // iterations, where only a block has gone
-constexpr double kNoHelp = 0.01;  // an effect worth less of every error goes again
-
-/// Initial states of `fewer`, by name, from those of `full`.
-StatesOfPieces states_by_name(const Model& fewer, const Model& full, const StatesOfPieces& x0) {
-  StatesOfPieces result(x0.size());
-  for (const Coordinate& state : fewer.states) {
-    const auto at = std::ranges::find(full.states, state.name, &Coordinate::name);
-    for (std::size_t e = 0; e < x0.size(); ++e)
-      result[e].push_back(x0[e][at - full.states.begin()]);
-  }
-  return result;
-}
-
-/// The model without that effect, not yet fitted again.
-ForesightFit without_effect(const Completing& completing, const std::string& effect,
-                            const Diagnosis& diagnosis, const ForesightFit& fit) {
-  ForesightFit fewer;
-  fewer.model = without(fit.model, completing.base, effect, diagnosis.effects);
-  fewer.density = fit.density;
-  fewer.x0 = states_by_name(fewer.model, fit.model, fit.x0);
-  return fewer;
-}
-
-/// What the sizes at `by` have to change by, a row each, to do what a unit of the sizes at `of`
-/// does, a column each; nothing where they cannot.
-std::optional<Eigen::MatrixXd> shares_for(const ForesightFit& fit, const std::vector<int>& of,
-                                          const std::vector<int>& by) {
-  constexpr double kLeft = 1e-6;  // of what a size does to the predictions, squared
-  const auto places = [&](const std::vector<int>& positions) {
-    std::vector<Eigen::Index> found;
-    for (const int position : positions) {
-      const auto at = std::ranges::find(fit.fitted, position);
-      if (at != fit.fitted.end()) found.push_back(at - fit.fitted.begin());
-    }
-    return found;
-  };
-  const std::vector<Eigen::Index> own = places(of);
-  const std::vector<Eigen::Index> law = places(by);
-  const Eigen::MatrixXd& information = fit.scatter.information;
-  if (of.empty() || own.size() != of.size() || law.size() != by.size() || information.size() == 0)
-    return {};
-  const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
-  const Eigen::MatrixXd shares = shortest_solution(scaled(law, law), scaled(law, own));
-  const Eigen::VectorXd left = (scaled(own, own) - scaled(own, law) * shares).diagonal();
-  if (!(left.maxCoeff() < kLeft)) return {};
-  return scale(law).asDiagonal() * shares * scale(own).cwiseInverse().asDiagonal();
-}
-
-/// The best model without the effect at that place.
-Explained explained_without(const Completing& completing, std::size_t place,
-                            const Diagnosis& diagnosis, const Explained& now) {
-  return best_explained(
-      without_effect(completing, diagnosis.effects[place].effect, diagnosis, now.fit),
-      completing.bases, completing.records);
-}
+constexpr int kShort = 4;  // iterations, where only a block has gone
 
 /// Of the effects that without which the others err least on what judges, and the model of those.
 std::pair<std::size_t, Explained> least_missed(const Completing& completing,
@@ -92,21 +36,6 @@ std::pair<std::size_t, Explained> least_missed(const Completing& completing,
     best = {i, std::move(rest)};
   }
   return best;
-}
-
-/// Books that the effect at that place is not there after all.
-void take_out(std::size_t place, const std::string& reason, const Model& base, Diagnosis& diagnosis,
-              Held& held) {
-  const std::string effect = diagnosis.effects[place].effect;
-  for (Candidate& candidate : diagnosis.candidates) {
-    if (candidate.effect != effect || !candidate.accepted) continue;
-    candidate.accepted = false;
-    candidate.refused_because = reason;
-  }
-  diagnosis.effects.erase(diagnosis.effects.begin() + static_cast<std::ptrdiff_t>(place));
-  Model others = base;
-  for (const FoundEffect& found : diagnosis.effects) others.add_effect(found.effect);
-  held = unknown_in(others, std::move(held));
 }
 
 /// Covariance of the parameters at those positions where some others are as they were found;
@@ -294,51 +223,6 @@ double error_so_far(const Explained& now, const TraceRecords& records) {
   return placed(of_pieces(now.fit.left_out, blocks), blocks.pieces, records.propagation,
                 passed_states(now.fit.model, now.fit.x0, records))
       .mse;
-}
-
-ForesightFit absorbed(const Completing& completing, ForesightFit fit, Diagnosis& diagnosis,
-                      Held& held) {
-  const std::string law = diagnosis.effects.back().effect;
-  const auto slot_of = [&](const std::string& effect) {
-    return *std::ranges::find(fit.model.effects, effect, &EffectSlot::name);
-  };
-  if (!is_learnt_law(slot_of(law).effect)) return fit;
-  for (std::size_t i = 0; i + 1 < diagnosis.effects.size();) {
-    const std::vector<int> sizes = positions_of(slot_of(law), Role::kSize);
-    const std::vector<int> its = positions_of(slot_of(diagnosis.effects[i].effect), Role::kSize);
-    const std::optional<Eigen::MatrixXd> shares = shares_for(fit, its, sizes);
-    if (!shares) {
-      ++i;
-      continue;
-    }
-    for (std::size_t j = 0; j < sizes.size(); ++j) {
-      Parameter& p = fit.model.parameters[sizes[j]];
-      for (std::size_t k = 0; k < its.size(); ++k)
-        p.value += (*shares)(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(k)) *
-                   fit.model.parameters[its[k]].value;
-      p.value = std::clamp(p.value, p.lower, p.upper);
-    }
-    const ForesightFit rest =
-        without_effect(completing, diagnosis.effects[i].effect, diagnosis, fit);
-    fit = explained(rest.model, rest.x0, completing.records, rest.density).fit;
-    take_out(i, fmt::format("{} can stand for it", law), completing.base, diagnosis, held);
-  }
-  return fit;
-}
-
-void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& now, Held& held) {
-  const bool validated = !completing.records.validation.empty();
-  for (std::size_t i = 0; diagnosis.effects.size() > 1 && i < diagnosis.effects.size();) {
-    std::optional<Explained> rest = explained_as_well(
-        without_effect(completing, diagnosis.effects[i].effect, diagnosis, now.fit),
-        completing.bases, now.estimation, completing.records);
-    if (!rest || !as_well(*rest, now, kMiddle, validated, kNoHelp)) {
-      ++i;
-      continue;
-    }
-    now = std::move(*rest);
-    take_out(i, "no longer helps beside what was found after it", completing.base, diagnosis, held);
-  }
 }
 
 Simulated finished(const Completing& completing, const Simulated& without_any,

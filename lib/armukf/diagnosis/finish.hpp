@@ -7,6 +7,7 @@
 #include "armukf/diagnosis/candidates.hpp"
 #include "armukf/diagnosis/completion.hpp"
 #include "armukf/diagnosis/diagnosis.hpp"
+#include "armukf/diagnosis/removal.hpp"
 #include "armukf/diagnosis/trace_records.hpp"
 #include "armukf/model/model.hpp"
 
@@ -31,23 +32,6 @@ FittedModel judged(const FittedModel& fit, const TraceRecords& records);
 /// (rad/s)^2, the error on what judges while effects are still looked for, where no block has a fit
 /// of its own: each by the model that foretells it.
 double error_so_far(const Explained& now, const TraceRecords& records);
-
-/// What the model is completed from.
-struct Completing {
-  const Model& base;                       // without any effect that was found
-  const std::vector<ForesightFit>& bases;  // from whose values fits begin besides
-  const TraceRecords& records;
-  const AcceptanceSettings& settings;
-};
-
-/// Takes out what a learnt law can stand for altogether, as a torque's curve for its gain: no
-/// record tells the two apart. The law, found last, gets those effects' share. fit: the model with
-/// all of them; returns it without.
-ForesightFit absorbed(const Completing& completing, ForesightFit fit, Diagnosis& diagnosis,
-                      Held& held);
-
-/// Takes out again what no longer helps; what is taken out was not accepted in the end.
-void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& now, Held& held);
 
 /// The completed model, without what it turns out to have none of. Where a model with fewer effects
 /// came out far better on what judges, the effects follow something that the catalogue does not

@@ -109,6 +109,32 @@ Distance distance(const Model& fit, const Scatter& scatter, const std::vector<in
           covariance.parts, count_held};
 }
 
+std::optional<Eigen::MatrixXd> stand_in(const Model& fit, const Scatter& scatter,
+                                        const std::vector<int>& of, const std::vector<int>& by) {
+  constexpr double kLeft = 1e-6;  // of what a size does to the predictions, squared
+  const std::vector<int> unknowns = fit.unknowns();
+  const auto places = [&](const std::vector<int>& positions) {
+    std::vector<Eigen::Index> found;
+    for (const int position : positions) {
+      const auto at = std::ranges::find(unknowns, position);
+      if (at != unknowns.end()) found.push_back(at - unknowns.begin());
+    }
+    return found;
+  };
+  const std::vector<Eigen::Index> own = places(of);
+  const std::vector<Eigen::Index> others = places(by);
+  const Eigen::MatrixXd& information = scatter.information;
+  if (of.empty() || own.size() != of.size() || others.size() != by.size() ||
+      information.size() == 0)
+    return {};
+  const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
+  const Eigen::MatrixXd shares = shortest_solution(scaled(others, others), scaled(others, own));
+  const Eigen::VectorXd left = (scaled(own, own) - scaled(own, others) * shares).diagonal();
+  if (!(left.maxCoeff() < kLeft)) return {};
+  return scale(others).asDiagonal() * shares * scale(own).cwiseInverse().asDiagonal();
+}
+
 double Distance::p_value() const {
   if (directions == 0) return 1.0;
   return std::min(1.0, looks * hotelling_tail(squared, directions + held, parts - 1.0));

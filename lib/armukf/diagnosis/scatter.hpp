@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "armukf/batch/output_error.hpp"
@@ -60,5 +61,10 @@ struct Distance {
 /// others follow but those that are held: of these each counts as if it led away by itself.
 Distance distance(const Model& fit, const Scatter& scatter, const std::vector<int>& positions,
                   const std::vector<double>& from, const std::vector<int>& held = {});
+
+/// What the unknowns at `by` have to change by, a row each, to do to the predictions what a unit of
+/// the unknowns at `of` does, a column each; nothing where they cannot.
+std::optional<Eigen::MatrixXd> stand_in(const Model& fit, const Scatter& scatter,
+                                        const std::vector<int>& of, const std::vector<int>& by);
 
 }  // namespace armukf

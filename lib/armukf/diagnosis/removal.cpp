@@ -1,0 +1,108 @@
+#include "armukf/diagnosis/removal.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <utility>
+
+#include "armukf/diagnosis/scatter.hpp"
+#include "armukf/diagnosis/trial.hpp"
+#include "armukf/model/catalogue.hpp"
+
+namespace armukf {
+namespace {
+
+constexpr double kNoHelp = 0.01;  // an effect worth less of every error goes again
+
+/// Initial states of `fewer`, by name, from those of `full`.
+StatesOfPieces states_by_name(const Model& fewer, const Model& full, const StatesOfPieces& x0) {
+  StatesOfPieces result(x0.size());
+  for (const Coordinate& state : fewer.states) {
+    const auto at = std::ranges::find(full.states, state.name, &Coordinate::name);
+    for (std::size_t e = 0; e < x0.size(); ++e)
+      result[e].push_back(x0[e][at - full.states.begin()]);
+  }
+  return result;
+}
+
+/// The model without that effect, not yet fitted again.
+ForesightFit without_effect(const Completing& completing, const std::string& effect,
+                            const Diagnosis& diagnosis, const ForesightFit& fit) {
+  ForesightFit fewer;
+  fewer.model = without(fit.model, completing.base, effect, diagnosis.effects);
+  fewer.density = fit.density;
+  fewer.x0 = states_by_name(fewer.model, fit.model, fit.x0);
+  return fewer;
+}
+
+}  // namespace
+
+Explained explained_without(const Completing& completing, std::size_t place,
+                            const Diagnosis& diagnosis, const Explained& now) {
+  return best_explained(
+      without_effect(completing, diagnosis.effects[place].effect, diagnosis, now.fit),
+      completing.bases, completing.records);
+}
+
+void take_out(std::size_t place, const std::string& reason, const Model& base, Diagnosis& diagnosis,
+              Held& held) {
+  const std::string effect = diagnosis.effects[place].effect;
+  for (Candidate& candidate : diagnosis.candidates) {
+    if (candidate.effect != effect || !candidate.accepted) continue;
+    candidate.accepted = false;
+    candidate.refused_because = reason;
+  }
+  diagnosis.effects.erase(diagnosis.effects.begin() + static_cast<std::ptrdiff_t>(place));
+  Model others = base;
+  for (const FoundEffect& found : diagnosis.effects) others.add_effect(found.effect);
+  held = unknown_in(others, std::move(held));
+}
+
+ForesightFit absorbed(const Completing& completing, ForesightFit fit, Diagnosis& diagnosis,
+                      Held& held) {
+  const std::string law = diagnosis.effects.back().effect;
+  const auto slot_of = [&](const std::string& effect) {
+    return *std::ranges::find(fit.model.effects, effect, &EffectSlot::name);
+  };
+  if (!is_learnt_law(slot_of(law).effect)) return fit;
+  for (std::size_t i = 0; i + 1 < diagnosis.effects.size();) {
+    const std::vector<int> sizes = positions_of(slot_of(law), Role::kSize);
+    const std::vector<int> its = positions_of(slot_of(diagnosis.effects[i].effect), Role::kSize);
+    const std::optional<Eigen::MatrixXd> shares = stand_in(fit.model, fit.scatter, its, sizes);
+    if (!shares) {
+      ++i;
+      continue;
+    }
+    for (std::size_t j = 0; j < sizes.size(); ++j) {
+      Parameter& p = fit.model.parameters[sizes[j]];
+      for (std::size_t k = 0; k < its.size(); ++k)
+        p.value += (*shares)(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(k)) *
+                   fit.model.parameters[its[k]].value;
+      p.value = std::clamp(p.value, p.lower, p.upper);
+    }
+    const ForesightFit rest =
+        without_effect(completing, diagnosis.effects[i].effect, diagnosis, fit);
+    fit = explained(rest.model, rest.x0, completing.records, rest.density).fit;
+    take_out(i, fmt::format("{} can stand for it", law), completing.base, diagnosis, held);
+  }
+  return fit;
+}
+
+void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& now, Held& held) {
+  const bool validated = !completing.records.validation.empty();
+  for (std::size_t i = 0; diagnosis.effects.size() > 1 && i < diagnosis.effects.size();) {
+    std::optional<Explained> rest = explained_as_well(
+        without_effect(completing, diagnosis.effects[i].effect, diagnosis, now.fit),
+        completing.bases, now.estimation, completing.records);
+    if (!rest || !as_well(*rest, now, kMiddle, validated, kNoHelp)) {
+      ++i;
+      continue;
+    }
+    now = std::move(*rest);
+    take_out(i, "no longer helps beside what was found after it", completing.base, diagnosis, held);
+  }
+}
+
+}  // namespace armukf

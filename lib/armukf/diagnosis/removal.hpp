@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "armukf/diagnosis/acceptance_settings.hpp"
+#include "armukf/diagnosis/candidates.hpp"
+#include "armukf/diagnosis/completion.hpp"
+#include "armukf/diagnosis/diagnosis.hpp"
+#include "armukf/diagnosis/foresight.hpp"
+#include "armukf/diagnosis/trace_records.hpp"
+#include "armukf/model/model.hpp"
+
+/// Effects that were found, and go again.
+namespace armukf {
+
+/// What the model is completed from.
+struct Completing {
+  const Model& base;                       // without any effect that was found
+  const std::vector<ForesightFit>& bases;  // from whose values fits begin besides
+  const TraceRecords& records;
+  const AcceptanceSettings& settings;
+};
+
+/// The best model without the effect at that place.
+Explained explained_without(const Completing& completing, std::size_t place,
+                            const Diagnosis& diagnosis, const Explained& now);
+
+/// Books that the effect at that place is not there after all.
+void take_out(std::size_t place, const std::string& reason, const Model& base, Diagnosis& diagnosis,
+              Held& held);
+
+/// Takes out what a learnt law can stand for altogether, as a torque's curve for its gain: no
+/// record tells the two apart. The law, found last, gets those effects' share. fit: the model with
+/// all of them; returns it without.
+ForesightFit absorbed(const Completing& completing, ForesightFit fit, Diagnosis& diagnosis,
+                      Held& held);
+
+/// Takes out again what no longer helps; what is taken out was not accepted in the end.
+void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& now, Held& held);
+
+}  // namespace armukf
