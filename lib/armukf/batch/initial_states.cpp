@@ -120,7 +120,7 @@ InitialStates fit_initial_states(const Model& model, const InitialChoice& choice
   minimum.cost = kInfinite;
   for (std::size_t i = 0; i < starts.size(); ++i) {
     const Variables variables = error.variables_of_model({starts[i]});
-    const auto searched = [&](SearchLimits limits) {
+    const auto searched = [&](const SearchLimits& limits) {
       return search(error, variables, kInfinite, limits);
     };
     SearchLimits none = limits_for(error);
