@@ -504,11 +504,14 @@ Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords
     bases.all.push_back(minimum.fit);
     if (level(minimum) < level(minima.front()) + kFarMinimum) bases.minima.push_back(minimum.fit);
   }
+  const auto as_it_is = [&](const Model& m) {
+    return fit_foresight(m, {}, records.estimation, records.propagation, kForesightDensity, 0);
+  };
+  const ForesightFit given = as_it_is(model);
   bases.restarts = bases.minima;
-  for (const Model* given : {&model, &fitted_model})
-    bases.all.push_back(
-        fit_foresight(*given, {}, records.estimation, records.propagation, kForesightDensity, 0));
-  bases.restarts.push_back(bases.all[bases.all.size() - 2]);
+  bases.restarts.push_back(given);
+  bases.all.push_back(given);
+  bases.all.push_back(as_it_is(fitted_model));
   return bases;
 }
 

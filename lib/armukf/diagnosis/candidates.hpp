@@ -47,7 +47,8 @@ struct Bases {
 /// Minima of the model, from the plain fit's values, from those of the model, and from a soft arm,
 /// each at once and by way of a filter that follows the measurements closely; the best first. Then
 /// the first two of these values as they are, since in every minimum the arm may stand in for what
-/// is missing: so once an effect is found, they are a start of the whole as well.
+/// is missing; once an effect is found that was large, the model's are a start of the whole as
+/// well.
 Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords& records);
 
 /// An effect, fitted on top of a model.

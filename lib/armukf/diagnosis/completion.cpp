@@ -9,13 +9,10 @@
 namespace armukf {
 
 void hold(const Model& before, ForesightFit& slow, Held& held) {
-  const auto was_unknown = [&](const Parameter& p) {
-    return std::ranges::any_of(before.unknowns(),
-                               [&](int i) { return before.parameters[i].name == p.name; });
-  };
   for (std::size_t i = 0; i < slow.fitted.size(); ++i) {
     Parameter& p = slow.model.parameters[slow.fitted[i]];
-    if (was_unknown(p)) continue;
+    const auto was = std::ranges::find(before.parameters, p.name, &Parameter::name);
+    if (was != before.parameters.end() && !was->known) continue;
     p.known = true;
     held[p.name] = slow.sd[i];
   }

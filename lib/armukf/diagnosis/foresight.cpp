@@ -103,7 +103,7 @@ void leave_out(const OutputError& error, const Variables& variables, const Minim
                ForesightFit& fit) {
   constexpr double kRidge = 1e-3;  // of each variable's information: steers what no row tells
   const Eigen::MatrixXd& information = fit.scatter.information;
-  const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::VectorXd scale = scale_of(information);
   const Eigen::VectorXd slope = slopes.rowwise().sum();
   constexpr int kPartsOfBlock = kScatterParts / kForesightBlocks;
   fit.left_out.resize(kForesightBlocks);

@@ -40,6 +40,10 @@ Scatter scatter_of(const OutputError::Evaluation& at) {
   return scatter;
 }
 
+Eigen::VectorXd scale_of(const Eigen::MatrixXd& information) {
+  return information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+}
+
 Eigen::MatrixXd Scatter::slopes() const { return put_together(fine, kFinePerPart); }
 
 SumCovariance covariance_of_sum(const Eigen::MatrixXd& columns) {
@@ -83,7 +87,7 @@ Distance distance(const Model& fit, const Scatter& scatter, const std::vector<in
       (is_among(positions) ? own : others).push_back(i);
     }
   }
-  const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::VectorXd scale = scale_of(information);
   const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
   const Eigen::MatrixXd slopes = scale.asDiagonal() * scatter.fine;
   // What the other unknowns can explain is not theirs.
@@ -127,7 +131,7 @@ std::optional<Eigen::MatrixXd> stand_in(const Model& fit, const Scatter& scatter
   if (of.empty() || own.size() != of.size() || others.size() != by.size() ||
       information.size() == 0)
     return {};
-  const Eigen::VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::VectorXd scale = scale_of(information);
   const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
   const Eigen::MatrixXd shares = shortest_solution(scaled(others, others), scaled(others, own));
   const Eigen::VectorXd left = (scaled(own, own) - scaled(own, others) * shares).diagonal();

@@ -31,6 +31,10 @@ struct Scatter {
 
 Scatter scatter_of(const OutputError::Evaluation& at);
 
+/// Of each variable a size by which it counts as much as the others: its deviation if it were
+/// alone.
+Eigen::VectorXd scale_of(const Eigen::MatrixXd& information);
+
 /// Covariance of the sum of columns that are 0 in the mean, and from how many parts it is told.
 struct SumCovariance {
   Eigen::MatrixXd matrix;

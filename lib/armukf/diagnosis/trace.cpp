@@ -246,8 +246,8 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   diagnosis.base_validation = simulated.validation;
   const Simulated without_any = simulated;
   double error = error_so_far(first.best, records);
-  std::vector<double> errors{
-      simulated.validation.mse};  // the least with none of the effects, with one, with two ...
+  // The least with none of the effects, with one, with two ...
+  std::vector<double> errors{simulated.validation.mse};
   std::vector<ForesightFit> bases = first.all;
   Explained now = first.best;
   const Model base = now.fit.model;
