@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <limits>
 #include <string>
 
 namespace armukf {
@@ -130,6 +131,25 @@ TEST(Acceptance, RefusesAShapeThatIsPressedAgainstItsBound) {
   Evidence evidence = lower_at(kMiddle, 0.2);
   evidence.at_bound = "mode_motor_damping";
   EXPECT_NE(refusal(evidence, {}).find("mode_motor_damping"), std::string::npos);
+}
+
+TEST(Acceptance, RefusesWhatLeavesLittleToBeToldOfWhatWasFound) {
+  Evidence evidence = lower_at(kMiddle, 0.2);
+  evidence.blurred = "torque_bias";
+  evidence.inflation = 9.0;
+  EXPECT_EQ(refusal(evidence, {}), "");
+  evidence.inflation = 16.0;
+  EXPECT_EQ(refusal(evidence, {}), "beside it the records tell torque_bias 4.0 times less exactly");
+}
+
+TEST(Acceptance, SetsAsideWhatMakesSimulationsWorse) {
+  EXPECT_EQ(against_simulation(2.0, 1.0, "blocks", {}), "");
+  EXPECT_EQ(against_simulation(2.0, 2.02, "blocks", {}), "");
+  EXPECT_EQ(against_simulation(2.0, 2.5, "blocks", {}),
+            "makes the simulation of blocks worse by 25 %");
+  EXPECT_EQ(against_simulation(2.0, std::numeric_limits<double>::infinity(), "blocks", {}),
+            "makes the simulation of blocks run away");
+  EXPECT_NE(against_simulation(2.0, std::numeric_limits<double>::quiet_NaN(), "blocks", {}), "");
 }
 
 TEST(Acceptance, NeedsNoBlockThatSaysNothing) {

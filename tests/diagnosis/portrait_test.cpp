@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <random>
 #include <string>
 #include <vector>
 
 #include "armukf/batch/experiment.hpp"
+#include "armukf/batch/simulation.hpp"
 #include "armukf/diagnosis/spectrum.hpp"
 
 namespace armukf {
@@ -77,6 +80,57 @@ TEST(Portrait, TellsFrictionThatRepeatsWithTheAngle) {
         0.2 * std::sin(kHarmonic * angle[k]) * std::tanh(2.0 * record.samples[k].y);
   EXPECT_TRUE(any_begins(portrait_of(record),
                          "friction that repeats with the motor's angle, 0.21 times per rad"));
+}
+
+/// The same motion of an arm of which a parameter is not the same at all samples.
+Record record_of_changing(const std::string& parameter,
+                          const std::function<double(double angle, double time)>& value) {
+  Record record = plain_record();
+  Model model = published_estimate();
+  std::vector<double> x(model.states.size());
+  x[kSpeedMotor] = x[kSpeedGear] = x[kSpeedArm] = record.samples.front().y;
+  std::mt19937 engine(1);
+  std::normal_distribution<double> noise(0.0, 0.1);  // rad/s
+  double angle = 0.0;
+  for (std::size_t k = 0; k + 1 < record.samples.size(); ++k) {
+    Sample& sample = record.samples[k];
+    const Sample& next = record.samples[k + 1];
+    sample.y = x[kSpeedMotor] + noise(engine);
+    model.parameter(parameter).value = value(angle, sample.t);
+    angle += x[kSpeedMotor] * (next.t - sample.t);
+    x = simulate_states(model, x, {sample, next}, {})[1];
+  }
+  record.samples.pop_back();
+  return record;
+}
+
+std::vector<std::string> portrait_of_fit(const Record& record) {
+  const std::vector<Record> pieces{record};
+  const FittedModel fit = fitted(published_estimate(), {}, pieces, {}, 20);
+  return portrait(fit, pieces, one_step(fit, pieces, {}).errors, {});
+}
+
+bool any_has(const std::vector<std::string>& lines, const std::string& text) {
+  return std::ranges::any_of(
+      lines, [&](const std::string& l) { return l.find(text) != std::string::npos; });
+}
+
+TEST(Portrait, TellsAnInertiaThatGoesWithTheAngle) {
+  const double inertia = published_estimate().parameter("J").value;
+  const auto stays = [&](double, double) { return inertia; };
+  const auto goes = [&](double angle, double) {
+    return inertia * (1.0 + 0.005 * (angle - 15.0));  // of up to 30 rad
+  };
+  EXPECT_FALSE(any_has(portrait_of_fit(record_of_changing("J", stays)), "is not the same"));
+  EXPECT_TRUE(any_has(portrait_of_fit(record_of_changing("J", goes)),
+                      "J is not the same at all angles of the motor, by about"));
+}
+
+TEST(Portrait, TellsAParameterThatGoesWithTime) {
+  const double stiffness = published_estimate().parameter("k_a").value;
+  const auto goes = [&](double, double time) { return stiffness * (1.0 + 0.04 * time); };
+  EXPECT_TRUE(any_has(portrait_of_fit(record_of_changing("k_a", goes)),
+                      "k_a is not the same at all times, by about"));
 }
 
 }  // namespace

@@ -90,5 +90,22 @@ TEST(CovarianceOfSum, LetsWhatIsSureBeSure) {
   EXPECT_GT(kLooks * hotelling_tail(kDeviations * kDeviations, 1.0, kScatterParts - 1.0), 0.5);
 }
 
+/// Of two unknowns of which the record tells alike and which are that much correlated.
+TEST(InformationLeft, IsWhatIsNotSharedWithTheOther) {
+  constexpr double kAlike = 0.8;
+  Model model = published_estimate();
+  for (Parameter& p : model.parameters) p.known = true;
+  const int one = model.index_of("k_g1");
+  const int other = model.index_of("k_a");
+  for (const int i : {one, other}) model.parameters[i].known = false;
+  Scatter scatter;
+  scatter.information = Eigen::MatrixXd{{4.0, 2.0 * kAlike}, {2.0 * kAlike, 1.0}};
+  EXPECT_NEAR(information_left(model, scatter, one, {other}), 1.0 - kAlike * kAlike, 1e-9);
+  EXPECT_NEAR(information_left(model, scatter, one, {}), 1.0, 1e-9);
+  EXPECT_EQ(information_left(model, scatter, model.index_of("d_a"), {other}), 1.0);
+  scatter.information = Eigen::MatrixXd{{4.0, 2.0}, {2.0, 1.0}};
+  EXPECT_NEAR(information_left(model, scatter, one, {other}), 0.0, 1e-9);
+}
+
 }  // namespace
 }  // namespace armukf

@@ -102,6 +102,14 @@ double Evidence::merit(Horizon horizon) const {
   return std::isfinite(sum) ? sum : -kInfinite;
 }
 
+std::string against_simulation(double without, double with, std::string_view what,
+                               const AcceptanceSettings& s) {
+  if (with <= (1.0 + s.most_harm_of_one) * without) return "";
+  if (!std::isfinite(with)) return fmt::format("makes the simulation of {} run away", what);
+  return fmt::format("makes the simulation of {} worse by {:.0f} %", what,
+                     100.0 * (with / without - 1.0));
+}
+
 Horizon shows_at(const Evidence& e, const AcceptanceSettings& s) {
   for (const Horizon h : {kMiddle, kFar})
     if (helps_at(h, e, s)) return h;
@@ -114,6 +122,9 @@ std::string refusal(const Evidence& e, const AcceptanceSettings& s) {
   // As of a resonance without damping, which follows a periodic torque from elsewhere.
   if (!e.at_bound.empty())
     return fmt::format("its {} is at the least that is allowed: nothing is like that", e.at_bound);
+  if (e.inflation > s.most_inflation)
+    return fmt::format("beside it the records tell {} {:.1f} times less exactly", e.blurred,
+                       std::sqrt(e.inflation));
   for (const Witness& w : e.witnesses)
     if (!(w.help(kNear) >= -s.most_harm))
       return fmt::format("makes predictions over {} samples of {} worse by {:.1f} %",

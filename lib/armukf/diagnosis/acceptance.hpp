@@ -40,6 +40,10 @@ struct Evidence {
   /// what has another colour for more than it is.
   double scatter_p = 1.0;
   std::string at_bound;  // a shape's name that the fit has pressed against its least value
+  /// What was found before and would be told the least of beside it, and by how much more the
+  /// variance of that would be; a law that is learnt may stand for what it contains.
+  std::string blurred;
+  double inflation = 1.0;
   std::vector<Witness> witnesses;
 
   /// Of the blocks of all witnesses but those that guard.
@@ -52,6 +56,13 @@ struct Evidence {
 
 /// Why that does not count as found; empty where it does.
 std::string refusal(const Evidence& evidence, const AcceptanceSettings& settings);
+
+/// Why an effect is set aside although predictions speak for it; empty where it is not. Mean
+/// squared errors (rad/s)^2 of the simulation of what no fit has seen, without it and with it;
+/// what: that is. Predictions are corrected by what is measured, and an effect that bends others
+/// may help them while a simulation goes astray.
+std::string against_simulation(double without, double with, std::string_view what,
+                               const AcceptanceSettings& settings);
 
 /// Of what is not refused: the shortest horizon at which it shows to all witnesses. What shows at
 /// the middle one is of the fast dynamics, which are to be right before slow effects are looked at.

@@ -326,6 +326,22 @@ Chance chance_of(const Trial& trial, const Explained& now, const ForesightFit& f
   return {from_none.squared, corrected(from_none.p_value(), trial.effect, looks)};
 }
 
+/// What was found before, and how much less of it is told now that the newest effect is there.
+void tell_blurred(const Model& before, const ForesightFit& fit, Evidence& evidence) {
+  if (is_learnt_law(fit.model.effects.back().effect)) return;
+  std::vector<int> newer = fit.model.unknowns();
+  const std::vector<int> older = before.unknowns();
+  std::erase_if(newer, [&](int i) { return std::ranges::find(older, i) != older.end(); });
+  for (const EffectSlot& slot : before.effects) {
+    for (const int size : positions_of(slot, Role::kSize)) {
+      const double inflation = 1.0 / information_left(fit.model, fit.scatter, size, newer);
+      if (inflation <= evidence.inflation) continue;
+      evidence.inflation = inflation;
+      evidence.blurred = slot.name();
+    }
+  }
+}
+
 /// Against what is to be surpassed.
 void judge(const Explained& now, const TraceRecords& records, const Looks& looks,
            const AcceptanceSettings& acceptance, Refit& refit) {
@@ -341,6 +357,7 @@ void judge(const Explained& now, const TraceRecords& records, const Looks& looks
   evidence.statistic = chance.statistic;
   evidence.p_value = chance.p_value;
   evidence.at_bound = shape_at_bound(fit.model);
+  tell_blurred(now.fit.model, fit, evidence);
   refit.parameters = static_cast<int>(fit.model.unknowns().size()) -
                      static_cast<int>(now.fit.model.unknowns().size());
   refit.refusal = refusal(evidence, acceptance);

@@ -127,6 +127,88 @@ std::vector<double> along_motion(std::vector<double> innovations,
   return innovations;
 }
 
+/// What a parameter may go with: courses of its changes, each at most 1 in size.
+struct Course {
+  std::string_view where;  // it is not the same
+  Eigen::MatrixXd values;  // at each sample, a column each
+};
+
+Eigen::VectorXd scaled(const Eigen::VectorXd& values) {
+  const double most = values.cwiseAbs().maxCoeff();
+  return most > 0.0 ? Eigen::VectorXd(values / most) : values;
+}
+
+/// angle: of the motor, rad.
+std::vector<Course> courses(const std::vector<Instant>& motion, const std::vector<double>& angle) {
+  const auto course = [&](const std::function<double(const Instant&)>& value) {
+    Eigen::VectorXd all(motion.size());
+    for (std::size_t k = 0; k < motion.size(); ++k)
+      all[static_cast<Eigen::Index>(k)] = value(motion[k]);
+    return scaled(all);
+  };
+  const Eigen::Map<const Eigen::VectorXd> whole(angle.data(),
+                                                static_cast<Eigen::Index>(angle.size()));
+  const Eigen::VectorXd about = scaled(whole.array() - whole.mean());
+  Eigen::MatrixXd over_angle(about.size(), 2);
+  over_angle << about, about.cwiseAbs2();
+  return {{"at all angles of the motor", over_angle},
+          {"at all times", course([](const Instant& at) { return at.share; })},
+          {"at all speeds", course([](const Instant& at) { return std::abs(at.speed); })},
+          {"at all loads", course([](const Instant& at) { return std::abs(at.torque); })}};
+}
+
+/// A parameter that is not the same all along a course.
+struct Changing {
+  const Parameter* parameter;
+  Score score;
+};
+
+/// Parameters of which the records tell that they go with a course, that which explains most first.
+std::vector<Changing> changing_along(const ScoreTest& test, const Model& model,
+                                     const std::vector<int>& parameters,
+                                     const Eigen::MatrixXd& sensitivities, const Course& course) {
+  std::vector<Changing> seen;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const Score score =
+        test.varying(sensitivities.col(static_cast<Eigen::Index>(i)), course.values, kMatters);
+    if (score.p_value * static_cast<double>(parameters.size()) < kLevel)
+      seen.push_back({&model.parameters[parameters[i]], score});
+  }
+  std::ranges::stable_sort(seen, std::greater{}, [](const Changing& c) { return c.score.share; });
+  return seen;
+}
+
+/// Of each course the parameter that goes with it most, in words, with what that would explain.
+std::vector<std::pair<double, std::string>> changing(const ScoreTest& test, const Model& model,
+                                                     const std::vector<Course>& all) {
+  constexpr double kNearlyAsMuch = 0.8;
+  std::vector<int> parameters = model.unknowns();
+  const int inertia = model.index_of("J");
+  if (std::ranges::find(parameters, inertia) == parameters.end()) parameters.push_back(inertia);
+  const Eigen::MatrixXd sensitivities = test.sensitivities_to(parameters);
+  std::vector<std::pair<double, std::string>> told;
+  for (const Course& course : all) {
+    const std::vector<Changing> seen =
+        changing_along(test, model, parameters, sensitivities, course);
+    if (seen.empty()) continue;
+    const auto& [parameter, score] = seen.front();
+    std::vector<std::string> others;
+    for (std::size_t i = 1; i < seen.size(); ++i)
+      if (seen[i].score.share > kNearlyAsMuch * score.share)
+        others.push_back(seen[i].parameter->name);
+    const Eigen::VectorXd change =
+        course.values * Eigen::Map<const Eigen::VectorXd>(score.sizes.data(), course.values.cols());
+    told.emplace_back(
+        score.share,
+        fmt::format("{} is not the same {}, by about {:.2g} {}: explains {:.1f} % of the "
+                    "innovations{}{}",
+                    parameter->name, course.where, change.maxCoeff() - change.minCoeff(),
+                    parameter->unit, 100.0 * score.share,
+                    others.empty() ? "" : ", nearly as much as would ", fmt::join(others, " or ")));
+  }
+  return told;
+}
+
 std::string bands(const FittedModel& fit, const std::vector<double>& t) {
   constexpr std::array kEdges{0.0, 1.0, 3.0, 10.0, 30.0};  // Hz
   double total = 0.0;
@@ -167,11 +249,12 @@ std::vector<std::string> portrait(const FittedModel& fit, const std::vector<Reco
       seen.emplace_back(score.share, fmt::format("{}: explains {:.1f} % of the innovations",
                                                  probe.description, 100.0 * score.share));
   }
+  const std::vector<double> angle = motor_angle(pieces);
+  std::ranges::move(changing(test, fit.model, courses(motion, angle)), std::back_inserter(seen));
   std::ranges::sort(seen, std::greater{});
   std::vector<std::string> lines;
   for (const auto& [share, text] : seen)
     if (std::ranges::find(lines, text) == lines.end()) lines.push_back(text);
-  const std::vector<double> angle = motor_angle(pieces);
   const auto repeats = [&](std::string_view what, const std::vector<double>& e) {
     for (const SpectralLine& line :
          lines_over_angle(angle, e, kHighestHarmonic, kOutstanding, kMostLines).strongest)

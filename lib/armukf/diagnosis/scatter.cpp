@@ -24,6 +24,17 @@ Eigen::MatrixXd scatter_matrix(const Eigen::MatrixXd& columns) {
   return columns * columns.transpose() * count / (count - 1.0);
 }
 
+/// Places of parameters among the unknowns, of those that are.
+std::vector<Eigen::Index> places_of(const std::vector<int>& positions, const Model& fit) {
+  const std::vector<int> unknowns = fit.unknowns();
+  std::vector<Eigen::Index> found;
+  for (const int position : positions) {
+    const auto at = std::ranges::find(unknowns, position);
+    if (at != unknowns.end()) found.push_back(at - unknowns.begin());
+  }
+  return found;
+}
+
 }  // namespace
 
 Eigen::Index first_row(Eigen::Index rows, int part, int parts) {
@@ -116,17 +127,8 @@ Distance distance(const Model& fit, const Scatter& scatter, const std::vector<in
 std::optional<Eigen::MatrixXd> stand_in(const Model& fit, const Scatter& scatter,
                                         const std::vector<int>& of, const std::vector<int>& by) {
   constexpr double kLeft = 1e-6;  // of what a size does to the predictions, squared
-  const std::vector<int> unknowns = fit.unknowns();
-  const auto places = [&](const std::vector<int>& positions) {
-    std::vector<Eigen::Index> found;
-    for (const int position : positions) {
-      const auto at = std::ranges::find(unknowns, position);
-      if (at != unknowns.end()) found.push_back(at - unknowns.begin());
-    }
-    return found;
-  };
-  const std::vector<Eigen::Index> own = places(of);
-  const std::vector<Eigen::Index> others = places(by);
+  const std::vector<Eigen::Index> own = places_of(of, fit);
+  const std::vector<Eigen::Index> others = places_of(by, fit);
   const Eigen::MatrixXd& information = scatter.information;
   if (of.empty() || own.size() != of.size() || others.size() != by.size() ||
       information.size() == 0)
@@ -137,6 +139,27 @@ std::optional<Eigen::MatrixXd> stand_in(const Model& fit, const Scatter& scatter
   const Eigen::VectorXd left = (scaled(own, own) - scaled(own, others) * shares).diagonal();
   if (!(left.maxCoeff() < kLeft)) return {};
   return scale(others).asDiagonal() * shares * scale(own).cwiseInverse().asDiagonal();
+}
+
+double information_left(const Model& fit, const Scatter& scatter, int of,
+                        const std::vector<int>& beside) {
+  const Eigen::MatrixXd& information = scatter.information;
+  const std::vector<Eigen::Index> own = places_of({of}, fit);
+  const std::vector<Eigen::Index> newer = places_of(beside, fit);
+  if (own.empty() || information.size() == 0) return 1.0;
+  const Eigen::VectorXd scale = scale_of(information);
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
+  std::vector<Eigen::Index> others;
+  const auto left = [&] {
+    if (others.empty()) return scaled(own.front(), own.front());
+    const Eigen::MatrixXd shares = shortest_solution(scaled(others, others), scaled(others, own));
+    return scaled(own.front(), own.front()) - (scaled(own, others) * shares)(0, 0);
+  };
+  for (Eigen::Index i = 0; i < scaled.rows(); ++i)
+    if (i != own.front() && std::ranges::find(newer, i) == newer.end()) others.push_back(i);
+  const double without = left();
+  others.insert(others.end(), newer.begin(), newer.end());
+  return without > 0.0 ? std::clamp(left() / without, 0.0, 1.0) : 1.0;
 }
 
 double Distance::p_value() const {

@@ -89,8 +89,6 @@ void ScoreTest::judge(const Eigen::MatrixXd& columns, const Eigen::VectorXd& b,
 }
 
 Score ScoreTest::operator()(const Eigen::MatrixXd& torques) const {
-  Score score;
-  score.sizes.assign(torques.cols(), 0.0);
   Eigen::MatrixXd all(torques.rows(), torques.cols());
   Eigen::Index first = 0;
   for (std::size_t e = 0; e < pieces_.size(); ++e) {
@@ -102,6 +100,22 @@ Score ScoreTest::operator()(const Eigen::MatrixXd& torques) const {
                              torques.middleRows(first, n), gains_[e]);
     first += n;
   }
+  return explained_by(all, 0.0);
+}
+
+Score ScoreTest::varying(const Eigen::VectorXd& sensitivity, const Eigen::MatrixXd& courses,
+                         double least_share) const {
+  return explained_by(sensitivity.asDiagonal() * courses, least_share);
+}
+
+Eigen::MatrixXd ScoreTest::sensitivities_to(const std::vector<int>& parameters) const {
+  return weighted_innovations(model_, x0_, pieces_, propagation_, gains_, parameters).columns;
+}
+
+/// all: changes of the prediction over its deviation, at every sample.
+Score ScoreTest::explained_by(const Eigen::MatrixXd& all, double least_share) const {
+  Score score;
+  score.sizes.assign(all.cols(), 0.0);
   Eigen::MatrixXd columns = all(counts_, Eigen::all);
   if (!columns.allFinite()) return score;
   const Eigen::RowVectorXd lengths = columns.colwise().norm();
@@ -110,9 +124,9 @@ Score ScoreTest::operator()(const Eigen::MatrixXd& torques) const {
     if (!(columns.col(j).norm() > kNothingLeft * lengths[j])) return score;
   const Eigen::VectorXd b = least_squares_solution(columns, error_);
   const Eigen::VectorXd left = error_ - columns * b;
-  score.share = 1.0 - left.squaredNorm() / error_.squaredNorm();
-  judge(columns, b, left, score);
   std::ranges::copy(b, score.sizes.begin());
+  score.share = 1.0 - left.squaredNorm() / error_.squaredNorm();
+  if (score.share >= least_share) judge(columns, b, left, score);
   return score;
 }
 

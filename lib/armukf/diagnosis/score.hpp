@@ -40,6 +40,19 @@ class ScoreTest {
   /// torques: N.m at each sample, a column each.
   Score operator()(const Eigen::MatrixXd& torques) const;
 
+  /// What the parameter would explain that is a row of `courses` times a row of sizes away from its
+  /// value at each sample. Its courses are to be slow beside the filter, a fortieth of a second:
+  /// what it has done before counts as it would at the present one. sensitivity: of the prediction
+  /// to it. least_share: of one that explains less p stays 1. Source: C.-F. J. Lin, T. Terasvirta,
+  /// "Testing the constancy of regression parameters against continuous structural change", Journal
+  /// of Econometrics 62 (1994).
+  Score varying(const Eigen::VectorXd& sensitivity, const Eigen::MatrixXd& courses,
+                double least_share) const;
+
+  /// Of the prediction at each sample over its deviation, a column for each of those parameters,
+  /// which may be known ones.
+  Eigen::MatrixXd sensitivities_to(const std::vector<int>& parameters) const;
+
   /// The model's states at each sample, as the model foretells them one sample ahead.
   std::vector<std::vector<double>> states() const;
 
@@ -49,6 +62,7 @@ class ScoreTest {
   ScoreTest(const Model& model, const StatesOfPieces& x0, const std::vector<Record>& pieces,
             const Propagation& propagation, const std::vector<Gains>& gains,
             const WeightedInnovations& own);
+  Score explained_by(const Eigen::MatrixXd& all, double least_share) const;
   void judge(const Eigen::MatrixXd& columns, const Eigen::VectorXd& b, const Eigen::VectorXd& left,
              Score& score) const;
   void project(Eigen::Ref<Eigen::MatrixXd> columns) const;

@@ -125,58 +125,72 @@ const Refit* confirmed(std::vector<Refit>& refits, NoiseCheck& noise, const Look
   }
 }
 
-/// What a round begins with.
+/// The model as far as it has been completed.
+struct Standing {
+  Explained now;                    // or a better minimum of it where one was come upon
+  std::vector<ForesightFit> bases;  // what the next effect is tried on top of
+  Held held;
+  FittedModel simulated;  // to the estimation records
+  double error = 0.0;     // of what judges
+  bool slow_first = false;
+  bool noise_hopeless = false;  // noise is known to explain far too little of what is left
+};
+
+/// What a round looks at.
 struct Round {
   Suggested suggested;
-  const Held& held;
   const TraceRecords& records;
   const AcceptanceSettings& settings;
-  bool slow_first = false;
-  bool noise_hopeless = false;  // it is known to explain far too little of what is left
+  const std::set<std::string>& set_aside;  // effects that it does not
 };
 
 /// Looks for one effect more: among the names by the fast filter's predictions; by the slow one's,
 /// which tell what shows late; among what is tried last; and at the end by the likelihood alone.
 /// Goes on only while nothing counts as found, or what does shows late. Where the slow filter has
 /// told the effect before, it is asked first, and the fast one once more before nothing is found.
-/// bases: what it is tried on top of; now: the model as it stands, and a better minimum of it where
-/// one was come upon.
-Contest looked_for(const Round& round, const std::vector<ForesightFit>& bases, Explained& now) {
+Contest looked_for(const Round& round, Standing& standing) {
   const Suggested& suggested = round.suggested;
   const TraceRecords& records = round.records;
   const AcceptanceSettings& settings = round.settings;
-  const std::vector<Trial> names = trials_for(now.fit.model, suggested);
-  Looks looks = looks_of(names);
+  Explained& now = standing.now;
+  const auto without_set_aside = [&](std::vector<Trial> trials) {
+    std::erase_if(trials, [&](const Trial& t) { return round.set_aside.contains(t.effect); });
+    return trials;
+  };
+  const std::vector<Trial> suggested_names = trials_for(now.fit.model, suggested);
+  Looks looks = looks_of(suggested_names);
+  const std::vector<Trial> names = without_set_aside(suggested_names);
   Contest found;
   std::optional<NoiseCheck> noise;
   const auto best = [&] {
-    if (!noise) noise.emplace(now, records, round.noise_hopeless);
+    if (!noise) noise.emplace(now, records, standing.noise_hopeless);
     return confirmed(found.refits, *noise, looks, settings);
   };
   const auto fast = [&] {
-    add(contest(now, bases, names, looks, records, settings), found);
+    add(contest(now, standing.bases, names, looks, records, settings), found);
     noise.reset();  // it was another model's
     return best();
   };
-  if (!round.slow_first) {
+  if (!standing.slow_first) {
     const Refit* first = fast();
     if (first != nullptr && first->shows_at <= kMiddle) return found;
   }
-  Explained slow = fitted_together(now, round.held, records, kSlowDensity);
+  Explained slow = fitted_together(now, standing.held, records, kSlowDensity);
   const auto add_slow = [&](const std::vector<ForesightFit>& on, const std::vector<Trial>& trials) {
     add(contest(slow, on, trials, looks, records, settings), found);
   };
-  add_slow({slow.fit}, trials_for(slow.fit.model, suggested));
+  add_slow({slow.fit}, without_set_aside(trials_for(slow.fit.model, suggested)));
   if (best() != nullptr) return found;
 
-  const std::vector<Trial> last =
+  const std::vector<Trial> suggested_last =
       last_trials_for(slow.fit.model, suggested, records.estimation, records.propagation);
-  looks.merge(looks_of(last));
+  looks.merge(looks_of(suggested_last));
+  const std::vector<Trial> last = without_set_aside(suggested_last);
   std::vector<ForesightFit> on{slow.fit};  // what is missing may have led it far astray
-  on.insert(on.end(), bases.begin(), bases.end());
+  on.insert(on.end(), standing.bases.begin(), standing.bases.end());
   add_slow(on, last);
   if (best() != nullptr) return found;
-  if (round.slow_first && fast() != nullptr) return found;
+  if (standing.slow_first && fast() != nullptr) return found;
 
   std::vector<Trial> all = names;
   std::ranges::copy(last, std::back_inserter(all));
@@ -217,6 +231,35 @@ void note(const Contest& round, const Refit* chosen, int number,
   }
 }
 
+/// With the effect that a round has chosen; the diagnosis as it is then.
+Standing with_effect(const Standing& before, const Named& chosen, const Completing& completing,
+                     const Bases& first, Diagnosis& diagnosis) {
+  const Refit& refit = *chosen.refit;
+  const TraceRecords& records = completing.records;
+  Standing with;
+  with.held = before.held;
+  diagnosis.effects.push_back(
+      {refit.trial.effect, refit.evidence.p_value, 0.0, chosen.confused_with});
+  ForesightFit fit = absorbed(completing, refit.explained.fit, diagnosis, with.held);
+  with.slow_first = fit.density == kSlowDensity;
+  if (with.slow_first) hold(before.now.fit.model, fit, with.held);
+  const bool bent = most_help(refit.evidence.witnesses.front()) > kMuch;
+  with.now = best_explained(fit, bent ? first.restarts : first.minima, records);
+  with.noise_hopeless =
+      chosen.noise_hopeless &&
+      with.now.estimation.level() > refit.explained.estimation.level() - kFarBetter;
+  with.bases = {with.now.fit};
+  for_each_job(2, [&](int i) {
+    if (i == 0) {
+      with.error = error_so_far(with.now, records);
+    } else {
+      with.simulated = plain(with.now, records);
+    }
+  });
+  diagnosis.effects.back().mse_reduction_percent = 100.0 * (1.0 - with.error / before.error);
+  return with;
+}
+
 struct Traced {
   Diagnosis diagnosis;
   bool more_there = false;  // whether more is left of the validation records
@@ -245,57 +288,53 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
             fmt::format("the model fitted to {}", records.estimation.front().name));
   diagnosis.base_validation = simulated.validation;
   const Simulated without_any = simulated;
-  double error = error_so_far(first.best, records);
+  Standing standing{
+      first.best, first.all, {}, diagnosis.base.best, error_so_far(first.best, records)};
   // The least with none of the effects, with one, with two ...
   std::vector<double> errors{simulated.validation.mse};
-  std::vector<ForesightFit> bases = first.all;
-  Explained now = first.best;
-  const Model base = now.fit.model;
+  const Model base = first.best.fit.model;
   const Completing completing{base, first.minima, records, settings.acceptance};
-  Held held;
+  std::set<std::string> set_aside;  // until another effect is found
   Rivals to_weigh;
   bool all_weighed = false;  // each with all others there
-  bool slow_first = false;
-  bool noise_hopeless = false;
   for (int round = 1; round <= settings.most_effects; ++round) {
     say(fmt::format("round {}", round), static_cast<double>(round) / (settings.most_effects + 2));
     Contest found =
-        looked_for({suggested_by(simulated.estimation, records.estimation, records.propagation),
-                    held, records, settings.acceptance, slow_first, noise_hopeless},
-                   bases, now);
-    const Refit* chosen = best_found(found.refits);
-    Named name{};
-    if (chosen != nullptr) {
-      name = named(*chosen, found.refits, now.fit.model, held, records, settings.acceptance);
-      chosen = name.refit;
+        looked_for({suggested_by(standing.simulated, records.estimation, records.propagation),
+                    records, settings.acceptance, set_aside},
+                   standing);
+    const Refit* best = best_found(found.refits);
+    if (best == nullptr) {
+      note(found, best, round, diagnosis.candidates);
+      break;
     }
-    note(found, chosen, round, diagnosis.candidates);
-    if (chosen == nullptr) break;
-    const double before = error;
+    const Named chosen = named(*best, found.refits, standing.now.fit.model, standing.held, records,
+                               settings.acceptance);
+    const std::string& effect = chosen.refit->trial.effect;
+    Diagnosis completed = diagnosis;
+    Standing with = with_effect(standing, chosen, completing, first, completed);
+    const std::string reason = against_simulation(
+        standing.error, with.error,
+        diagnosis.validated ? "the validation record" : "blocks left out of the fit",
+        settings.acceptance);
+    if (!reason.empty()) {
+      set_aside.insert(effect);
+      found.refits[chosen.refit - found.refits.data()].refusal = reason;
+      note(found, nullptr, round, diagnosis.candidates);
+      continue;
+    }
+    set_aside.clear();
+    note(found, chosen.refit, round, completed.candidates);
     errors.resize(std::max(errors.size(), diagnosis.effects.size() + 1), kInfinite);
     double& least = errors[diagnosis.effects.size()];
-    least = std::min(least, before);
-    const std::string& effect = chosen->trial.effect;
-    diagnosis.effects.push_back({effect, chosen->evidence.p_value, 0.0, name.confused_with});
-    ForesightFit fit = absorbed(completing, chosen->explained.fit, diagnosis, held);
-    slow_first = fit.density == kSlowDensity;
-    if (slow_first) hold(now.fit.model, fit, held);
-    const bool bent = most_help(chosen->evidence.witnesses.front()) > kMuch;
-    now = best_explained(fit, bent ? first.restarts : first.minima, records);
-    noise_hopeless = name.noise_hopeless &&
-                     now.estimation.level() > chosen->explained.estimation.level() - kFarBetter;
-    bases = {now.fit};
-    for_each_job(2, [&](int i) {
-      if (i == 0) {
-        error = error_so_far(now, records);
-      } else {
-        simulated.estimation = plain(now, records);
-      }
-    });
-    diagnosis.effects.back().mse_reduction_percent = 100.0 * (1.0 - error / before);
-    all_weighed = name.weighed && diagnosis.effects.size() == 1;
-    to_weigh[effect] = name.rivals;
+    least = std::min(least, standing.error);
+    diagnosis = std::move(completed);
+    standing = std::move(with);
+    all_weighed = chosen.weighed && diagnosis.effects.size() == 1;
+    to_weigh[effect] = chosen.rivals;
   }
+  Explained& now = standing.now;
+  Held& held = standing.held;
   say("removal", 0.9);
   remove_idle(completing, diagnosis, now, held);
   say("names", 0.93);
