@@ -24,6 +24,20 @@ Eigen::MatrixXd scatter_matrix(const Eigen::MatrixXd& columns) {
   return columns * columns.transpose() * count / (count - 1.0);
 }
 
+/// What others stand for of the information on some, and what of it is theirs alone.
+struct Beside {
+  Eigen::MatrixXd shares;  // of the others, a row each
+  Eigen::MatrixXd left;
+};
+
+Beside beside(const Eigen::MatrixXd& information, const std::vector<Eigen::Index>& own,
+              const std::vector<Eigen::Index>& others) {
+  if (others.empty()) return {Eigen::MatrixXd(0, own.size()), information(own, own)};
+  Beside result{shortest_solution(information(others, others), information(others, own)), {}};
+  result.left = information(own, own) - result.shares.transpose() * information(others, own);
+  return result;
+}
+
 /// Places of parameters among the unknowns, of those that are.
 std::vector<Eigen::Index> places_of(const std::vector<int>& positions, const Model& fit) {
   const std::vector<int> unknowns = fit.unknowns();
@@ -102,11 +116,9 @@ Distance distance(const Model& fit, const Scatter& scatter, const std::vector<in
   const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
   const Eigen::MatrixXd slopes = scale.asDiagonal() * scatter.fine;
   // What the other unknowns can explain is not theirs.
-  const Eigen::MatrixXd projection =
-      shortest_solution(scaled(others, others), scaled(others, own)).transpose();
-  const Eigen::MatrixXd left = scaled(own, own) - projection * scaled(others, own);
+  const auto [shares, left] = beside(scaled, own, others);
   const Eigen::MatrixXd left_slopes =
-      slopes(own, Eigen::all) - projection * slopes(others, Eigen::all);
+      slopes(own, Eigen::all) - shares.transpose() * slopes(others, Eigen::all);
   Eigen::VectorXd step(own.size());
   for (Eigen::Index k = 0; k < step.size(); ++k) {
     const auto at = std::ranges::find(positions, unknowns[own[k]]) - positions.begin();
@@ -135,26 +147,21 @@ std::optional<Eigen::MatrixXd> stand_in(const Model& fit, const Scatter& scatter
     return {};
   const Eigen::VectorXd scale = scale_of(information);
   const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
-  const Eigen::MatrixXd shares = shortest_solution(scaled(others, others), scaled(others, own));
-  const Eigen::VectorXd left = (scaled(own, own) - scaled(own, others) * shares).diagonal();
-  if (!(left.maxCoeff() < kLeft)) return {};
+  const auto [shares, left] = beside(scaled, own, others);
+  if (!(left.diagonal().maxCoeff() < kLeft)) return {};
   return scale(others).asDiagonal() * shares * scale(own).cwiseInverse().asDiagonal();
 }
 
 double information_left(const Model& fit, const Scatter& scatter, int of,
-                        const std::vector<int>& beside) {
+                        const std::vector<int>& by) {
   const Eigen::MatrixXd& information = scatter.information;
   const std::vector<Eigen::Index> own = places_of({of}, fit);
-  const std::vector<Eigen::Index> newer = places_of(beside, fit);
+  const std::vector<Eigen::Index> newer = places_of(by, fit);
   if (own.empty() || information.size() == 0) return 1.0;
   const Eigen::VectorXd scale = scale_of(information);
   const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
   std::vector<Eigen::Index> others;
-  const auto left = [&] {
-    if (others.empty()) return scaled(own.front(), own.front());
-    const Eigen::MatrixXd shares = shortest_solution(scaled(others, others), scaled(others, own));
-    return scaled(own.front(), own.front()) - (scaled(own, others) * shares)(0, 0);
-  };
+  const auto left = [&] { return beside(scaled, own, others).left(0, 0); };
   for (Eigen::Index i = 0; i < scaled.rows(); ++i)
     if (i != own.front() && std::ranges::find(newer, i) == newer.end()) others.push_back(i);
   const double without = left();

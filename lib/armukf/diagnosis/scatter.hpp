@@ -71,10 +71,10 @@ Distance distance(const Model& fit, const Scatter& scatter, const std::vector<in
 std::optional<Eigen::MatrixXd> stand_in(const Model& fit, const Scatter& scatter,
                                         const std::vector<int>& of, const std::vector<int>& by);
 
-/// Share that is left of what the record tells of the unknown at `of` once those at `beside` are
+/// Share that is left of what the record tells of the unknown at `of` once those at `by` are
 /// unknown as well, all others being so in any case: 1 over the factor by which its variance grows.
 /// 1 where the fit has not told it. Source: D. W. Marquardt, Technometrics 12 (1970).
 double information_left(const Model& fit, const Scatter& scatter, int of,
-                        const std::vector<int>& beside);
+                        const std::vector<int>& by);
 
 }  // namespace armukf

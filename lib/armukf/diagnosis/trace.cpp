@@ -305,7 +305,7 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
                    standing);
     const Refit* best = best_found(found.refits);
     if (best == nullptr) {
-      note(found, best, round, diagnosis.candidates);
+      note(found, nullptr, round, diagnosis.candidates);
       break;
     }
     const Named chosen = named(*best, found.refits, standing.now.fit.model, standing.held, records,
