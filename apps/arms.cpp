@@ -196,7 +196,9 @@ class Arms {
         checkpoints_(job.stream.checkpoint, job.stream.every_s, complaints_),
         events_(job.watch.events) {
     if (job.report.json != "-" && job.watch.events != "-") output_.emplace("-", stop_flag());
-    if (!job.save.empty()) fs::create_directories(job.save);
+    std::error_code error;
+    if (!job.save.empty()) fs::create_directories(job.save, error);
+    if (error) throw InputError(job.save, 0, "", "cannot make the folder: " + error.message());
     if (!job.stream.resume.empty())
       resume_from(job.stream.resume, [this](const std::string& bytes) { load(bytes); });
   }
@@ -416,8 +418,8 @@ class Arms {
 
   static std::string line_of(const Arm& arm) {
     const Tally& tally = arm.track().tally();
-    return fmt::format("{}: {}, one step ahead fit {:.2f} %", arm.name(), counts_text(tally),
-                       tally.innovations().fit_percent());
+    return fmt::format("{}: {}, one step ahead {}", arm.name(), counts_text(tally),
+                       fit_text(tally.innovations().fit_percent()));
   }
 
   std::string text(double seconds) const {
@@ -453,22 +455,26 @@ class Arms {
 }  // namespace
 
 void add_arms_options(CLI::App& command, ArmsOptions& options) {
-  command
-      .add_option("--key", options.key,
-                  "many arms in one stream: the column that names the arm; the files of --save and "
-                  "--models are in a folder, NAME.toml")
-      ->type_name("COLUMN");
+  CLI::Option* key =
+      command
+          .add_option("--key", options.key,
+                      "many arms in one stream: the column that names the arm; the files of --save "
+                      "and --models are in a folder, NAME.toml")
+          ->type_name("COLUMN");
   command.add_option("--models", options.models, "with --key: model files of some arms")
-      ->type_name("FOLDER");
+      ->type_name("FOLDER")
+      ->needs(key);
   command
       .add_option("--max-arms", options.most,
                   "with --key: beyond so many the arm not seen for longest is ended, 1000 by "
                   "default")
-      ->check(whole_number(1, 1'000'000));
+      ->check(whole_number(1, 1'000'000))
+      ->needs(key);
   command
       .add_option("--forget-after-s", options.forget_after_s,
                   "with --key: an arm not seen for so long is ended, 3600 by default")
-      ->check(number_above(0.0));
+      ->check(number_above(0.0))
+      ->needs(key);
   add_threads_option(command, options.threads);
 }
 

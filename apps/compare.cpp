@@ -9,6 +9,7 @@
 #include "initial_options.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"
+#include "outputs.hpp"
 #include "report_options.hpp"
 #include "start_options.hpp"
 
@@ -30,6 +31,7 @@ struct CompareOptions {
 };
 
 void compare(CompareOptions& o) {
+  check_outputs({o.input}, {{"--save", o.save}, {"--json", o.report.json}});
   ModelFile start = chosen_model(o.model);
   choose_filter(start.settings, o.filter);
   o.settings.propagation = start.settings.propagation;

@@ -16,6 +16,7 @@
 #include "commands.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"
+#include "outputs.hpp"
 #include "progress.hpp"
 #include "report_options.hpp"
 
@@ -67,6 +68,9 @@ void write_rows(const std::string& path, const std::vector<Record>& pieces,
 }
 
 void diagnose(DiagnoseOptions& o) {
+  std::vector<std::string> read{o.input};
+  read.insert(read.end(), o.validation.begin(), o.validation.end());
+  check_outputs(read, {{"--save", o.save}, {"--rows", o.rows}, {"--json", o.report.json}});
   const auto begin = std::chrono::steady_clock::now();
   ModelFile start = chosen_model(o.model);
   o.settings.propagation = start.settings.propagation;

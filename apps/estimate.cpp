@@ -27,6 +27,7 @@
 #include "first_failure.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"
+#include "outputs.hpp"
 #include "progress.hpp"
 #include "report_options.hpp"
 #include "rows.hpp"
@@ -235,6 +236,10 @@ void check_options(const EstimateOptions& o) {
     throw InputError("--passes: standard input can be read only once; give a FILE");
   if (o.start.frequency && o.input == "-")
     throw InputError("--start: frequency needs the whole record beforehand; give a FILE");
+  check_outputs({o.input}, {{"--save", o.arms.key.empty() ? o.save : ""},
+                            {"--json", o.report.json},
+                            {"--events", o.watch.events},
+                            {"--checkpoint", o.stream.checkpoint}});
 }
 
 /// What the pass found, wherever the user wants it.
@@ -274,6 +279,9 @@ void estimate(const EstimateOptions& o) {
   }
   ModelFile start = chosen_model(o.model);
   choose_filter(start.settings, o.filter);
+  if (o.forget > 1.0 && !start.settings.belief)
+    throw InputError(
+        "--forget: needs a --model that tells deviations of an earlier estimate or fit");
   forget(start.settings, o.forget);
   if (o.start.any()) {
     const Record record = o.start.frequency ? read_record(o.input, o.columns) : Record{};

@@ -17,6 +17,7 @@
 #include "initial_options.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"
+#include "outputs.hpp"
 #include "report_options.hpp"
 
 namespace armukf::apps {
@@ -63,6 +64,7 @@ void write_rows(const std::string& path, const Evaluation& evaluation) {
 }
 
 void evaluate(const EvaluateOptions& o) {
+  check_outputs(o.files, {{"--rows", o.rows}, {"--json", o.report.json}});
   const ModelFile start = chosen_model(o.model);
   const EvaluateSettings settings = settings_of(o, start);
   std::vector<Record> records;

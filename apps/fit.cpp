@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -13,6 +15,7 @@
 #include "initial_options.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"
+#include "outputs.hpp"
 #include "report_options.hpp"
 #include "start_options.hpp"
 
@@ -31,6 +34,7 @@ struct FitOptions {
 };
 
 void fit(FitOptions& o) {
+  check_outputs(o.files, {{"--save", o.save}, {"--json", o.report.json}});
   ModelFile start = chosen_model(o.model);
   o.settings.propagation = start.settings.propagation;
   o.settings.longest_gap_s = start.settings.gate.longest_gap_s;
@@ -83,7 +87,8 @@ void add_fit(CLI::App& program) {
       "--no-blocks", [o] { o->settings.jackknife = false; },
       "leave no part of the records out: HAC deviations alone, in half the time");
   add_threads_option(command, o->settings.threads);
-  command.add_option("--seed", o->settings.seed, "of the drawn start values");
+  command.add_option("--seed", o->settings.seed, "of the drawn start values")
+      ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()));
   command.add_option("--iterations", o->settings.iterations, "of one search, at most")
       ->check(whole_number(1, 100000));
   command.add_flag("--robust", o->settings.robust,

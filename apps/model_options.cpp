@@ -12,13 +12,15 @@
 namespace armukf::apps {
 namespace {
 
-void set_value(Model& model, std::string_view assignment) {
+/// What an earlier estimate believed of that parameter was about another value.
+void set_value(ModelFile& chosen, std::string_view assignment) {
   const auto equals = assignment.find('=');
   if (equals == std::string_view::npos)
     throw InputError(fmt::format("'{}' is not NAME=VALUE", assignment));
-  Parameter& parameter = model.parameter(assignment.substr(0, equals));
+  Parameter& parameter = chosen.model.parameter(assignment.substr(0, equals));
   parameter.value =
       of_option(parameter.name, [&] { return number_in(assignment.substr(equals + 1)); });
+  if (chosen.settings.belief) chosen.settings.belief->leave_out(parameter.name);
 }
 
 void set_known(Model& model, const std::vector<std::string>& names, bool known) {
@@ -81,7 +83,7 @@ ModelFile chosen_model(const ModelOptions& options, const ModelFile& otherwise) 
     for (const std::string& name : options.effects) model.add_effect(name);
   });
   of_option("--set", [&] {
-    for (const std::string& assignment : options.values) set_value(model, assignment);
+    for (const std::string& assignment : options.values) set_value(chosen, assignment);
     model.check();
   });
   of_option("--free", [&] { set_known(model, options.free, false); });

@@ -21,6 +21,7 @@
 #include "commands.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"
+#include "outputs.hpp"
 #include "report_options.hpp"
 
 namespace armukf::apps {
@@ -104,6 +105,7 @@ Drift drift_of(const Model& model, std::string_view text) {
 void simulate(SimulateOptions& o) {
   if (o.output == "-" && o.report.json == "-")
     throw InputError("--json: standard output is taken by -o");
+  check_outputs({}, {{"-o", o.output}, {"--save", o.save}, {"--json", o.report.json}});
   ExperimentSettings& s = o.settings;
   s.kind = of_option("--experiment", [&] { return find_experiment(o.experiment); });
   const ModelFile chosen = chosen_model(o.model, {published_estimate(), {}});

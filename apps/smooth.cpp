@@ -12,6 +12,7 @@
 #include "commands.hpp"
 #include "model_options.hpp"
 #include "option_values.hpp"
+#include "outputs.hpp"
 #include "progress.hpp"
 #include "report_options.hpp"
 
@@ -21,13 +22,14 @@ namespace {
 struct SmoothOptions {
   std::string input;
   std::string filter;
-  int passes = 2;
+  int passes = 3;
   ModelOptions model;
   ReportOptions report;
   Columns columns;
 };
 
 void smooth_file(const SmoothOptions& o) {
+  check_outputs({o.input}, {{"--json", o.report.json}});
   const auto begin = std::chrono::steady_clock::now();
   ModelFile chosen = chosen_model(o.model);
   choose_filter(chosen.settings, o.filter);
@@ -63,7 +65,7 @@ void add_smooth(CLI::App& program) {
   add_filter_option(command, o->filter);
   command
       .add_option("--passes", o->passes,
-                  "passes of the filter, the last of which is smoothed; 2 by default")
+                  "passes of the filter, the last of which is smoothed; 3 by default")
       ->check(whole_number(1, 1000));
   add_model_options(command, o->model);
   add_report_options(command, o->report);

@@ -17,15 +17,17 @@ void add_stream_options(CLI::App& command, StreamOptions& options) {
       ->check(number_from(0.0));
   command.add_flag("--follow", options.follow,
                    "FILE is still written: wait for more, and go on with a new file of that name");
-  command
-      .add_option("--checkpoint", options.checkpoint,
-                  "write what is needed to go on after the program has died")
-      ->type_name("FILE");
+  CLI::Option* checkpoint =
+      command
+          .add_option("--checkpoint", options.checkpoint,
+                      "write what is needed to go on after the program has died")
+          ->type_name("FILE");
   command
       .add_option("--every-s", options.every_s,
                   "s between two checkpoints, 10 by default; one more "
                   "at the end")
-      ->check(number_above(0.0));
+      ->check(number_above(0.0))
+      ->needs(checkpoint);
   command
       .add_option("--resume", options.resume,
                   "go on from a checkpoint; rows up to its time are passed over")

@@ -1,12 +1,14 @@
 #include "apps/program.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "armukf/io/csv_reader.hpp"
@@ -176,13 +178,101 @@ TEST_F(Program, WhatCannotBeSimulatedIsSaidAndIsNoNumber) {
   EXPECT_TRUE(experiment["mse"].is_null());
   EXPECT_TRUE(experiment["fit_percent"].is_null());
   const std::string fit = fmt::format("fit {}/short_record.csv --set k_g1=1e13", ARMUKF_DATA);
-  expect_refused(fit,
-                 fmt::format("{}/short_record.csv: y: cannot be simulated from the start values",
-                             ARMUKF_DATA));
-  expect_refused(fit + " --starts 2",
-                 fmt::format("{}/short_record.csv: y: cannot be simulated from any of the start "
-                             "values",
-                             ARMUKF_DATA));
+  expect_refused(
+      fit, fmt::format("{}/short_record.csv: cannot be simulated from the start values; are t in "
+                       "s, u in N.m and y in rad/s?",
+                       ARMUKF_DATA));
+  expect_refused(
+      fit + " --starts 2",
+      fmt::format("{}/short_record.csv: cannot be simulated from any of the start values; "
+                  "are t in s, u in N.m and y in rad/s?",
+                  ARMUKF_DATA));
+}
+
+TEST_F(Program, SearchThatNeverBeganIsNoFit) {
+  run("simulate -o a.csv --samples 1000 --sensor-noise 0.1");
+  std::vector<std::string> lines = lines_of(text("a.csv"));
+  const std::string time = lines[500].substr(0, lines[500].find(','));
+  lines[500] = time + ",1e6,0";
+  put("a.csv", fmt::format("{}\n", fmt::join(lines, "\n")));
+  expect_refused("fit a.csv --no-blocks --save fitted.toml",
+                 "a.csv: cannot be simulated from the start values; are t in s, u in N.m and y in "
+                 "rad/s?");
+  EXPECT_FALSE(exists("fitted.toml"));
+}
+
+TEST_F(Program, NoOutputReplacesARecordOrAnotherOutput) {
+  run("simulate -o a.csv --samples 600 --sensor-noise 0.1");
+  const std::string record = text("a.csv");
+  const std::string replaces = "would replace the record that is read";
+  for (const char* option : {"--save", "--json", "--checkpoint", "--watch --events"})
+    for (const char* name : {"a.csv", "./a.csv"})
+      expect_refused(
+          fmt::format("a.csv {} {}", option, name),
+          fmt::format("{}: {}: {}", name,
+                      std::string(option).substr(std::string_view(option).rfind("--")), replaces));
+  expect_refused("fit a.csv --save a.csv", "a.csv: --save: " + replaces);
+  expect_refused("evaluate a.csv --rows a.csv", "a.csv: --rows: " + replaces);
+  expect_refused("compare a.csv --save a.csv", "a.csv: --save: " + replaces);
+  expect_refused("smooth a.csv --json a.csv", "a.csv: --json: " + replaces);
+  put("b.csv", record);
+  expect_refused("diagnose b.csv --validate a.csv --rows a.csv", "a.csv: --rows: " + replaces);
+  expect_refused("a.csv --save x --json x", "x: --json: is written by --save, too");
+  EXPECT_EQ(shell("$A - --save a.csv < a.csv > rows"), 2);
+  EXPECT_EQ(text("a.csv"), record);
+  run("a.csv --save m.toml");
+  EXPECT_EQ(run("a.csv --model m.toml --save m.toml").status, 0);  // a model goes on in its place
+}
+
+TEST_F(Program, WhatCannotBeWrittenIsSaidBeforeTheWork) {
+  run("simulate -o a.csv --samples 600 --sensor-noise 0.1");
+  for (const char* job :
+       {"diagnose a.csv", "fit a.csv", "compare a.csv", "evaluate a.csv", "a.csv"}) {
+    expect_refused(fmt::format("{} --json nowhere/x", job),
+                   "nowhere/x: cannot open for writing: No such file or directory");
+    EXPECT_EQ(text("out"), "") << job;
+  }
+}
+
+TEST_F(Program, DiagnosisNeedsAnUnknownAndNothingElseDoes) {
+  run("simulate -o a.csv --samples 3000 --sensor-noise 0.1");
+  const std::string fixed =
+      " a.csv --fix a_m --fix a_g --fix k_g1 --fix k_g3 --fix d_g --fix k_a --fix d_a";
+  expect_refused("diagnose" + fixed, "diagnose: needs an unknown parameter; all of them are fixed");
+  for (const char* job : {"estimate", "fit", "compare", "smooth", "evaluate"})
+    EXPECT_EQ(run(job + fixed).status, 0) << job;
+}
+
+TEST_F(Program, WrongBeliefOfAModelFileIsSaid) {
+  run("simulate -o a.csv --samples 600 --sensor-noise 0.1");
+  ASSERT_EQ(run("a.csv --save m.toml").status, 0);
+  const std::string saved = text("m.toml");
+  const auto with = [&](const std::string& from, const std::string& to) {
+    const auto at = saved.find(from, saved.find("[belief]"));
+    EXPECT_NE(at, std::string::npos) << from;
+    put("wrong.toml", std::string(saved).replace(at, from.size(), to));
+    return run("a.csv --model wrong.toml");
+  };
+  const Outcome unknown = with("\"a_g\"", "\"a_q\"");
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_NE(unknown.error.find("unknown parameter 'a_q'"), std::string::npos) << unknown.error;
+  const Outcome twice = with("\"a_g\"", "\"a_m\"");
+  EXPECT_EQ(twice.status, 2);
+  EXPECT_NE(twice.error.find("'a_m' stands there twice"), std::string::npos) << twice.error;
+}
+
+TEST_F(Program, ValueSetByHandLeavesItsBeliefBehind) {
+  run("simulate -o a.csv --samples 3000 --sensor-noise 0.1");
+  ASSERT_EQ(run("fit a.csv --no-blocks --save m.toml").status, 0);
+  const auto first_sd = [&](const std::string& options) {
+    const std::vector<std::string> lines = lines_of(run("a.csv --model m.toml " + options).output);
+    return lines[1].substr(lines[1].rfind(',') + 1);  // of d_a, the last of the unknowns
+  };
+  EXPECT_LT(5.0 * std::stod(first_sd("")), std::stod(first_sd("--set d_a=0.003")));
+  expect_refused("a.csv --forget 2",
+                 "--forget: needs a --model that tells deviations of an earlier estimate or fit");
+  expect_refused("a.csv --every-s 2", "--every-s requires --checkpoint");
+  expect_refused("a.csv --max-arms 2", "--max-arms requires --key");
 }
 
 TEST_F(Program, ScoreSavesTheModelThatItEndsWith) {
@@ -236,7 +326,8 @@ TEST_F(Program, SimulationsOverTheMeasuredAngleAreCalledSoAndToldBesideFreeOnes)
       const Outcome said = run(command + " a.csv --json said.json" + model);
       const std::string words = command == "estimate" ? said.error : said.output;
       EXPECT_EQ(words.find("over the measured angle") != std::string::npos, angle) << words;
-      EXPECT_EQ(words.find("free") != std::string::npos, angle) << words;
+      const std::string figures = words.substr(0, words.find("note: the arm moves"));
+      EXPECT_EQ(figures.find("free") != std::string::npos, angle) << words;
       return nlohmann::json::parse(text("said.json"));
     };
     const auto expect = [&](const nlohmann::json& figures) {

@@ -74,6 +74,35 @@ TEST(NoiseSpectrum, FollowsANoiseThatChanges) {
   EXPECT_LT(spectrum.noise().sensor.sd, 0.2);
 }
 
+/// The same where one in `every` m's is missing, and known only by the sum with the next.
+NoiseSpectrum learnt_with_missing(double sensor_sd, int every) {
+  std::mt19937_64 random(5);
+  Noise sensor({sensor_sd, 0.0});
+  NoiseSpectrum spectrum;
+  double last = sensor.next(random);
+  for (int k = 0; k < kSamples; ++k) {
+    double now = sensor.next(random);
+    const bool missing = k % every == 0;
+    if (missing) now = sensor.next(random);
+    spectrum.add(now - last, missing ? 2 : 1);
+    last = now;
+  }
+  return spectrum;
+}
+
+TEST(NoiseSpectrum, IsLearntWhereFewAreMissing) {
+  for (const int every : {1000, 50})
+    EXPECT_NEAR(learnt_with_missing(0.1, every).noise().sensor.sd, 0.1, 0.006) << every;
+  EXPECT_FALSE(learnt_with_missing(0.1, 3).has_learnt());
+}
+
+TEST(NoiseSpectrum, IsNeverNone) {
+  NoiseSpectrum spectrum;
+  for (int k = 0; k < kSamples; ++k) spectrum.add(0.0);
+  EXPECT_GE(spectrum.noise().sensor.sd, 1e-5);
+  EXPECT_GT(spectrum.noise().kick.sd, 0.0);
+}
+
 TEST(NoiseSpectrum, HasLearntNothingBeforeTwoBlocks) {
   NoiseSpectrum spectrum;
   for (int k = 0; k < 1024; ++k) EXPECT_FALSE(spectrum.add(0.1 * (k % 3)));

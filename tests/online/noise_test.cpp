@@ -1,10 +1,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
+#include <random>
 #include <string>
 #include <vector>
 
 #include "armukf/batch/experiment.hpp"
+#include "armukf/batch/simulation.hpp"
 #include "armukf/online/recursion.hpp"
 #include "armukf/report/model_file.hpp"
 
@@ -37,6 +40,66 @@ TEST_P(EachFilter, LearnsTheSensorsNoiseWhateverItWasTold) {
   EXPECT_LT(noise.sensor_pole, 0.05);
   // The mean of 8000 squares has a deviation of 0.016; what the model's error keeps is below 0.05.
   EXPECT_NEAR(found.tally.innovations().mean_nis(), 1.0, 0.1);
+}
+
+// A drive that loses a telegram now and then, and a scheduler that is a tenth of a sample late.
+TEST_P(EachFilter, LearnsTheNoiseWhereSamplesAreMissingLateOrWrong) {
+  std::vector<Sample> samples = record(published_estimate());
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    samples[k].t += k % 2 == 0 ? 0.0 : 7e-5;
+    if (k % 500 == 100) samples[k].y = NAN;
+    if (k % 500 == 300) samples[k].y += 50.0;
+  }
+  std::erase_if(samples, [&](const Sample& s) { return (&s - samples.data()) % 500 == 400; });
+  const RecursiveEstimate found = estimate_record(published_arm(), settings_, samples);
+  ASSERT_TRUE(found.belief.noise.known);
+  EXPECT_NEAR(found.belief.noise.sensor_sd, 0.3, 0.02);
+  EXPECT_NEAR(found.tally.innovations().mean_nis(), 1.0, 0.1);
+}
+
+TEST_P(EachFilter, SaysNothingOfNoiseThatItCouldNotLearn) {
+  std::vector<Sample> samples = record(published_estimate());
+  for (std::size_t k = 0; k < samples.size(); k += 2) samples[k].y = NAN;
+  const RecursiveEstimate found = estimate_record(published_arm(), settings_, samples);
+  EXPECT_FALSE(found.belief.noise.sought);
+}
+
+/// An arm that begins to move after a rest, sines of torque, and what a sensor shows of it: 0
+/// without any noise while it rests.
+std::vector<Sample> after_rest(int rest, int motion) {
+  const Model truth = published_estimate();
+  std::vector<Sample> samples;
+  for (int k = 0; k < rest + motion; ++k) {
+    const double t = 5e-4 * k;
+    double u = 0.0;
+    for (const double hertz : {1.3, 7.0, 16.0, 29.0})
+      if (k >= rest) u += 2.0 * std::sin(2.0 * std::numbers::pi * hertz * (t - 5e-4 * rest));
+    samples.push_back({.t = t, .u = u, .y = 0.0});
+  }
+  const auto states =
+      simulate_states(truth, std::vector<double>(truth.states.size(), 0.0), samples, {});
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> noise(0.0, 0.3);
+  for (int k = rest; k < rest + motion; ++k)
+    samples[k].y = states[k][kMeasuredState] + noise(random);
+  return samples;
+}
+
+TEST_P(EachFilter, StandstillChangesNothing) {
+  const RecursiveEstimate at_once =
+      estimate_record(published_arm(), settings_, after_rest(0, 8000));
+  const RecursiveEstimate found =
+      estimate_record(published_arm(), settings_, after_rest(8000, 8000));
+  EXPECT_EQ(found.tally.count(Status::kReset), 0U);
+  ASSERT_TRUE(found.belief.noise.known);
+  EXPECT_NEAR(found.belief.noise.sensor_sd, 0.3, 0.03);
+  EXPECT_NEAR(found.tally.innovations().mean_nis(), 1.0, 0.1);
+  for (const int i : found.model.unknowns()) {
+    const double sd = at_once.sd[i];
+    EXPECT_NEAR(found.model.parameters[i].value, at_once.model.parameters[i].value, sd)
+        << found.model.parameters[i].name;
+    EXPECT_NEAR(found.sd[i] / sd, 1.0, 0.3) << found.model.parameters[i].name;
+  }
 }
 
 TEST_P(EachFilter, TakesNoMissingTorqueForNoise) {

@@ -110,6 +110,31 @@ TEST_P(Filter, RestartsAfterALongRunOfRejections) {
   EXPECT_NEAR(step(session_, next).values[kSpeedMotor], next.y, 50.0);
 }
 
+/// Torque in mN.m and speed in rpm: there is no such arm, and whatever the filter makes of it, it
+/// has not learnt its parameters.
+TEST_P(Filter, BelievesNoMoreForHavingFailed) {
+  for (Sample& sample : samples_) {
+    sample.u *= 1000.0;
+    sample.y *= 9.5493;
+  }
+  const std::vector<double> before = session_.parameter_deviations();
+  std::size_t resets = 0;
+  for (int turn = 0; turn < 3; ++turn)
+    for (Sample sample : samples_) {
+      sample.t += 0.2 * turn;
+      resets += session_.step(sample).status == Status::kReset ? 1 : 0;
+    }
+  const std::vector<double> after = session_.parameter_deviations();
+  const std::vector<Parameter>& parameters = session_.model().parameters;
+  if (resets <= 8) return;  // a filter that gets along with it
+  for (const char* name : {"a_m", "a_g", "k_g1", "k_a"}) {
+    const int i = session_.model().index_of(name);
+    EXPECT_GT(after[i] / parameters[i].value,
+              0.15 * before[i] / published_arm().parameters[i].value)
+        << name;
+  }
+}
+
 TEST_P(Filter, IntervalCutInTwoTellsTheSame) {
   // Half-way samples without a measurement, the torque held. With a belief so narrow that the arm
   // is nearly linear within it, only the integrator's own error remains.

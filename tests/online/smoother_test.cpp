@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "armukf/batch/experiment.hpp"
@@ -87,6 +88,31 @@ TEST_P(Smoother, CarriesParametersAndNoStatesOverAGap) {
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryFilter, Smoother, ::testing::Values("ukf", "ekf", "ckf"));
+
+/// The ckf keeps to the settings.
+class LearningSmoother : public Smoother {};
+
+/// With nothing known of the noise: deviations are neither those of settings that allow for
+/// anything, nor too small.
+TEST_P(LearningSmoother, LearnsTheNoise) {
+  const SimulatedExperiment truth = experiment(10000);
+  EstimatorSettings settings;
+  settings.filter = GetParam();
+  const SmoothedRecord smoothed = smooth(published_arm(), settings, truth.record.samples);
+  ASSERT_EQ(smoothed.columns, kArmStates + kPublishedUnknowns);
+  EXPECT_NEAR(smoothed.tally.innovations().mean_nis(), 1.0, 0.15);
+  for (int i = 0; i < kArmStates; ++i) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < truth.states.size(); ++k)
+      sum += std::pow(
+          (smoothed.values_at(k)[i] - truth.states[k][i]) / smoothed.deviations_at(k)[i], 2);
+    const double rms = std::sqrt(sum / static_cast<double>(truth.states.size()));
+    EXPECT_GT(rms, 0.6) << i;
+    EXPECT_LT(rms, 1.5) << i;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Some, LearningSmoother, ::testing::Values("ukf", "ekf"));
 
 TEST(Smoother, RefusesFiltersWithoutCovariance) {
   EXPECT_THROW(smooth(published_arm(), honest("srukf"), experiment(10).record.samples), InputError);

@@ -109,6 +109,11 @@ class Plot(InFolder):
                             "-o", "a.png")
         self.expect_refused("fit.json: holds no events; is it what armukf wrote?", plot, "events", "estimate.csv",
                             "fit.json", "-o", "a.png")
+        (self.folder / "empty.csv").write_text("")
+        self.expect_refused("empty.csv: file is empty", plot, "records", "empty.csv", "-o", "a.png")
+        (self.folder / "text.csv").write_text("t,u,y\n0,1,2\n0.0005,1,abc\n")
+        self.expect_refused("text.csv: y: 'abc' is not a number", plot, "records", "text.csv", "-o",
+                            "a.png")
         self.expect_refused("a.txt: the suffix must be .png, .svg or .pdf", plot, "fit", "rows.csv",
                             "-o", "a.txt")
 

@@ -165,6 +165,26 @@ void report_experiments(const std::vector<Record>& records, const IdentifySettin
   result.mse = mean_square_error(all);
 }
 
+/// See Identification::left_by_free_states.
+double left_by_free_states(const Identification& found, const std::vector<Record>& records,
+                           const IdentifySettings& settings) {
+  const InitialChoice all = all_free(found.model);
+  if (settings.criterion == Criterion::kPrediction || settings.initial.free == all.free) return 1.0;
+  ErrorSums as_fitted;
+  ErrorSums freed;
+  for (std::size_t e = 0; e < records.size(); ++e) {
+    const std::vector<Sample> part = beginning(records[e].samples, kBeginning);
+    const std::vector<double> y = speeds_of(part);
+    const auto error_from = [&](const InitialStates& initial) {
+      return error_sums(y, simulation_fit(found.model, initial, part, settings.propagation).y);
+    };
+    as_fitted += error_from(found.experiments[e].fit.initial);
+    freed += error_from(fit_initial_states(found.model, all, part, settings.propagation));
+  }
+  const double left = mean_square_error(freed) / mean_square_error(as_fitted);
+  return left < 1.0 ? left : 1.0;
+}
+
 /// Criteria that weigh a better fit against d free variables, as MATLAB defines them.
 void report_criteria(double measurements, double d, Identification& result) {
   const double share = d / measurements;
@@ -281,6 +301,7 @@ Identification identify_pieces(const Model& model, const std::vector<Record>& re
   report_parameters(spread, block_sd, result);
   report_experiments(records, settings, initial, result);
   report_criteria(error.measured(), error.variables(), result);
+  result.left_by_free_states = left_by_free_states(result, records, settings);
   return result;
 }
 

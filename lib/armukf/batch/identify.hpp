@@ -96,6 +96,9 @@ struct Identification {
   int starts = 0;
   int agreeing = 0;          // starts that ended in the best minimum
   double huber_scale = 0.0;  // rad/s, beyond which a residual counts less; infinite for squares
+  // Of the mean square error over the experiments' beginnings, what freeing all of their initial
+  // states leaves; 1 where all are free. Much less means that the arm moved already.
+  double left_by_free_states = 1.0;
 };
 
 /// Minimises the squared error of the motor speed over the model's unknown parameters and the free

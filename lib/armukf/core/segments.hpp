@@ -40,6 +40,34 @@ class GapWatch {
   double usual_s_ = kInfinite;  // of the shortest intervals lately
 };
 
+/// Tells where an arm is at rest, sample by sample: where its sensor has shown the same number for
+/// long. That tells nothing of the arm, nor of how noisy its sensor is in motion.
+class RestWatch {
+ public:
+  /// Whether it is at rest as the sensor shows y.
+  bool operator()(double y) {
+    still_ = y == last_ ? std::min(still_ + 1, kLongStill + 1) : 0;
+    last_ = y;
+    return is_at_rest();
+  }
+  bool is_at_rest() const { return still_ > kLongStill; }
+
+  /// How many samples before the last one have shown what it shows, as far as it counts.
+  int still() const { return still_; }
+
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(last_, still_);
+    still_ = std::clamp(still_, 0, kLongStill + 1);
+  }
+
+ private:
+  static constexpr int kLongStill = 200;  // samples; a motion of a few counts takes less
+
+  double last_ = kNaN;
+  int still_ = 0;
+};
+
 /// Pieces of the records between their gaps: each begins with initial states of its own. They keep
 /// the record's name.
 std::vector<Record> split_at_gaps(const std::vector<Record>& records,

@@ -39,6 +39,16 @@ struct Singles {
 
   Singles() = default;  // leaves the numbers as they are; Singles{} is zero
 
+  // Pack by pack: for a copy of the whole, the address sanitizer calls a function, which takes
+  // longer than most of what is done with the copy. NOLINTBEGIN(modernize-use-equals-default)
+  [[gnu::always_inline]] inline Singles(const Singles& other) { *this = other; }
+  [[gnu::always_inline]] inline Singles& operator=(const Singles& other) {
+    for_each_index<kPacks>([&](int i)
+                               __attribute__((always_inline)) { packs[i] = other.packs[i]; });
+    return *this;
+  }
+  // NOLINTEND(modernize-use-equals-default)
+
   float* begin() { return reinterpret_cast<float*>(packs.data()); }
   const float* begin() const { return reinterpret_cast<const float*>(packs.data()); }
   float& operator[](int i) { return begin()[i]; }

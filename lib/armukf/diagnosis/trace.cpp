@@ -377,6 +377,8 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
 Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
                 const std::vector<Record>& validation, const TraceSettings& settings,
                 const TraceProgress& progress) {
+  if (model.unknowns().empty())
+    throw InputError("diagnose: needs an unknown parameter; all of them are fixed");
   const Crew crew(settings.threads);
   TraceRecords records =
       trace_records(estimation, validation, settings.propagation, settings.longest_gap_s);

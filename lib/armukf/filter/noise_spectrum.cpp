@@ -12,6 +12,10 @@ namespace {
 constexpr double kLargestKickPole = 0.95;
 constexpr double kLargestSensorPole = 0.95;
 
+// rad/s: less than any sensor shows, and more than rounding leaves of a belief in double precision.
+constexpr double kLeastSensor = 1e-5;
+constexpr double kLeastKick = 1e-9;
+
 double denominator(double pole, double cosine) { return 1.0 - 2.0 * pole * cosine + pole * pole; }
 
 /// ln f at a frequency of that cosine, and its derivatives with respect to the point.
@@ -93,13 +97,22 @@ NoiseSpectrum::NoiseSpectrum() {
   }
 }
 
-bool NoiseSpectrum::add(double m) {
+bool NoiseSpectrum::add(double sum, int count) {
+  bool learnt = false;
+  for (int i = 0; i < count; ++i) learnt |= take(sum / count, count > 1);
+  return learnt;
+}
+
+bool NoiseSpectrum::take(double m, bool spread) {
+  spread_[filled_ < kBlock / 2 ? 0 : 1] += spread ? 1 : 0;
   block_[filled_++] = m;
   if (filled_ < kBlock) return false;
-  take_block();
+  const bool tells = spread_[0] + spread_[1] <= kMostSpread;
+  if (tells) take_block();
   std::copy(block_.begin() + kBlock / 2, block_.end(), block_.begin());
   filled_ = kBlock / 2;
-  if (blocks_ <= kFewestBlocks) return false;
+  spread_ = {spread_[1], 0};
+  if (!tells || blocks_ <= kFewestBlocks) return false;
   fit();
   return true;
 }
@@ -173,8 +186,8 @@ void NoiseSpectrum::fit() {
     upper += bins_[i].density / (2.0 * (1.0 - bins_[i].cosine)) * (bins_[i].end - bins_[i].first);
     lines += bins_[i].end - bins_[i].first;
   }
-  const double sensor = 0.5 * std::log(upper / lines);
-  const double kick = 0.5 * std::log(bins_[0].density) - 1.0;
+  const double sensor = std::log(std::max(std::sqrt(upper / lines), kLeastSensor));
+  const double kick = std::log(std::max(std::sqrt(bins_[0].density), kLeastKick)) - 1.0;
   Point best{};
   double least = INFINITY;
   const auto try_from = [&](const Point& start) {
@@ -189,7 +202,8 @@ void NoiseSpectrum::fit() {
               noise_.sensor.pole});
   for (const double kick_pole : {0.3, 0.9})
     for (const double sensor_pole : {0.2, 0.8}) try_from({kick, kick_pole, sensor, sensor_pole});
-  noise_ = {{std::exp(best[0]), best[1]}, {std::exp(best[2]), best[3]}};
+  noise_ = {{std::max(std::exp(best[0]), kLeastKick), best[1]},
+            {std::max(std::exp(best[2]), kLeastSensor), best[3]}};
 }
 
 }  // namespace armukf

@@ -47,18 +47,23 @@ class NoiseSpectrum {
  public:
   NoiseSpectrum();
 
-  /// Takes the next m (rad/s). Returns true where a block is full and the noises are learnt anew.
-  bool add(double m);
+  /// Takes the next m (rad/s); or the sum of some in a row, of measurements that are missing, which
+  /// is spread evenly. Returns true where a block is full and the noises are learnt anew; a block
+  /// of which too much was spread tells nothing.
+  bool add(double sum, int count = 1);
 
   /// A gap: m's before it and after it do not belong into one block.
-  void interrupt() { filled_ = 0; }
+  void interrupt() {
+    filled_ = 0;
+    spread_ = {};
+  }
 
   bool has_learnt() const { return blocks_ > kFewestBlocks; }
   const NoisePair& noise() const { return noise_; }
 
   template <class Archive>
   void archive(Archive& archive) {
-    archive(block_, filled_, blocks_, noise_);
+    archive(block_, filled_, spread_, blocks_, noise_);
     for (Bin& bin : bins_) archive(bin.density);
     filled_ = std::clamp(filled_, 0, kBlock - 1);  // it is an index, whoever wrote the archive
   }
@@ -71,6 +76,9 @@ class NoiseSpectrum {
   // Below this line of a block's spectrum the unsettled model and its arm's resonance count most.
   static constexpr int kFirstLine = 5;
   static constexpr int kMostBins = 96;
+  // Of a block may be spread, which leaves a quarter of the power of white noise at the sensor: its
+  // deviation is then found 4 % too small at most.
+  static constexpr int kMostSpread = kBlock / 10;
 
   struct Bin {
     int first;       // line
@@ -80,6 +88,7 @@ class NoiseSpectrum {
   };
   using Point = std::array<double, 4>;  // ln sd of kick, its pole, ln sd of sensor, its pole
 
+  bool take(double m, bool spread);
   void take_block();
   void fit();
   double cost(const Point& p) const;
@@ -92,6 +101,7 @@ class NoiseSpectrum {
   std::array<Bin, kMostBins> bins_{};
   int bin_count_ = 0;
   int filled_ = 0;
+  std::array<int, 2> spread_{};  // in each half of the block
   int blocks_ = 0;
   NoisePair noise_;
 };

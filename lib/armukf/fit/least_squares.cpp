@@ -212,6 +212,13 @@ Minimum least_squares(const Variables& variables, int residuals, const Residuals
     minimum.termination = "the start cannot be simulated";
     return minimum;
   }
+  if (minimum.z.empty()) {
+    minimum.cost = 0.5 * known.squares();
+    minimum.converged = true;
+    minimum.termination = "nothing to search for";
+    minimum.evaluations = known.evaluations();
+    return minimum;
+  }
   descend(variables, known, Fixed(minimum.z.size(), false), limits, minimum);
   // A step that a bound cuts short is a poor step for the other variables: they go on alone.
   const Fixed fixed = on_bounds(variables, minimum.z);

@@ -104,6 +104,15 @@ Descriptor open_for_writing(const std::string& path) {
   return Descriptor(number);
 }
 
+void check_writable(const std::string& path) {
+  if (is_standard_output(path)) return;
+  const bool exists = ::access(path.c_str(), F_OK) == 0;
+  const auto folder = std::filesystem::path(path).parent_path();
+  const std::string place = exists ? path : folder.empty() ? "." : folder.string();
+  if (::access(place.c_str(), W_OK) != 0) throw open_failure(path, errno);
+  if (std::filesystem::is_directory(path)) throw open_failure(path, EISDIR);
+}
+
 bool write_all(int descriptor, std::string_view bytes, const std::string& name, StopFlag stop) {
   const bool waits = stop != nullptr && !is_regular(descriptor);
   while (!bytes.empty()) {

@@ -10,6 +10,9 @@ namespace armukf {
 /// Opens for writing from the start; "-" is standard output. InputError where that fails.
 Descriptor open_for_writing(const std::string& path);
 
+/// InputError where a file of that name could not be opened for writing; touches nothing.
+void check_writable(const std::string& path);
+
 /// Writes all bytes; false if nobody reads the other end of the pipe any more.
 /// std::system_error, `name: cannot write: why`, on any other failure. Once `stop` is set a reader
 /// that takes nothing for a second is one.

@@ -100,8 +100,10 @@ struct ArmSensor {
 
 /// When something happens to a filter.
 struct Moment {
-  double t = 0.0;        // s, since the first sample
-  double watched = 0.0;  // s, of that without gaps: how long the filter has had to learn
+  double t = 0.0;  // s, since the first sample
+  // s, of that without gaps and standstill: how long the filter has had to learn.
+  double watched = 0.0;
+  bool at_rest = false;  // the sensor shows the same number all the while
 };
 
 /// A filter at work on the arm.
@@ -155,13 +157,13 @@ class Engine {
       }
     }
     filter_.believe_block(states(), n, L);
-    if (coloured_ && earlier.noise.known) {
-      kick_ = earlier.noise.sample_s * mobilities(parameters_.data())[kDrivenMass];
-      noise_ = {{earlier.noise.torque_sd * kick_, earlier.noise.torque_pole},
-                {earlier.noise.sensor_sd, earlier.noise.sensor_pole}};
-      learnt_ = true;
-      opening_ = std::exchange(model_error_, 0.0);
-    }
+    if (coloured_ && earlier.noise.known) believe(earlier.noise);
+  }
+
+  /// The same, and never learns another noise than its.
+  void keep(const ParameterBelief& earlier) {
+    keeps_noise_ = true;
+    believe(earlier);
   }
 
   /// Where angles and phases begin with the first sample.
@@ -204,15 +206,20 @@ class Engine {
   /// Whether the noise has been learnt, and is noise.
   bool has_learnt() const { return learnt_; }
 
+  /// Whether there was enough to learn it from.
+  bool has_sought() const { return learnt_ || (coloured_ && watch_.has_learnt()); }
+
   /// What the belief reckons with; the kick is that of the usual step.
   const NoisePair& noise() const { return noise_; }
 
   /// Starts anew after the numbers went wrong: states at rest, and the parameters as last believed
   /// (from the start if that is no number), with half the spread that they had at the last start: a
-  /// prior that reaches beyond what an arm can be would only fail again.
+  /// prior that reaches beyond what an arm can be would only fail again. Nobody is told that half:
+  /// deviations are those of the whole prior. A noise that was learnt may have been what was wrong.
   void restart(double y) {
     constexpr double kLeast = 1.0 / 16;  // of the prior's
     believed_spread_ = std::max(kLeast, 0.5 * believed_spread_);
+    if (!keeps_noise_) forget_noise();
     std::vector<double> p;
     for (std::size_t i = 0; i < model_->parameters.size(); ++i)
       p.push_back(std::isfinite(parameters_[i]) ? parameters_[i] : model_->parameters[i].value);
@@ -225,9 +232,11 @@ class Engine {
   bool predict(const Moment& from, double dt, double u) {
     const Interval interval{from.t, dt, u};
     kick_ = dt * mobilities(parameters_.data())[kDrivenMass];
-    if (!filter_.predict(arm_step(interval), step_noise(from.watched, dt))) return false;
+    const double torque = coloured_ ? filter_.mean()[torque_row()] : 0.0;
+    if (!filter_.predict(arm_step(interval), step_noise(from, dt))) return false;
     last_ = interval;
-    ++steps_since_update_;
+    since_update_s_ += dt;
+    kicked_ += kick_ * torque;
     return true;
   }
 
@@ -245,7 +254,7 @@ class Engine {
     } else {
       filter_.update(arm_step(last_), measured_row(), innovation);
     }
-    if (coloured_) learn(innovation, before, at.watched);
+    if (coloured_) learn(innovation, before, at);
     look_at_scores(at.watched);
     if (adapts_) {
       adapt(innovation, at.watched);
@@ -280,7 +289,7 @@ class Engine {
     filter_.believe(belief);
     refresh_parameters();
     Prediction ahead{filter_.image(arm_step({from.t, dt, u})), belief};
-    move_to(ahead.belief, ahead.image, step_noise(from.watched, dt));
+    move_to(ahead.belief, ahead.image, step_noise(from, dt));
     return ahead;
   }
 
@@ -292,24 +301,22 @@ class Engine {
   }
 
   double usual_dt() const { return usual_dt_; }  // s; 0 before it is known
-  bool learns() const { return coloured_; }
 
   /// Covariance of the physical values of two unknowns, to be believed: that of the belief, widened
   /// where stretches of the samples contradict each other.
   double covariance(int i, int j) const {
     const auto P = [&](int a, int b) { return free_covariance(a, b); };
-    return widening_[i] * widening_[j] *
-           coordinates_->physical_covariance(i, j, parameters_.data(), P);
+    return told(i) * told(j) * coordinates_->physical_covariance(i, j, parameters_.data(), P);
   }
 
   /// Deviations of all unknowns, of the same.
   void deviations(double* sd) const {
     model_deviations(sd);
-    for (int k = 0; k < coordinates_->size(); ++k) sd[k] *= widening_[k];
+    for (int k = 0; k < coordinates_->size(); ++k) sd[k] *= told(k);
   }
 
   /// Variance of a free coordinate, widened as its unknown is.
-  double free_variance(int k) const { return widening_[k] * widening_[k] * free_covariance(k, k); }
+  double free_variance(int k) const { return squared(told(k)) * free_covariance(k, k); }
 
   /// Deviations as the belief has them.
   void model_deviations(double* sd) const {
@@ -329,7 +336,7 @@ class Engine {
   /// All that samples have made of it; the rest is of model and settings.
   template <class Archive>
   void archive(Archive& archive) {
-    archive(filter_, noise_, watch_, learnt_, kick_, usual_dt_, steps_since_update_, opening_);
+    archive(filter_, noise_, watch_, learnt_, kick_, usual_dt_, since_update_s_, kicked_, opening_);
     archive(scores_, widening_, scored_at_, scores_keep_, samples_, seen_, expected_, since_fade_,
             faded_at_);
     if (!scores_.fits(coordinates_->size())) throw InputError("has scores of other unknowns");
@@ -352,9 +359,8 @@ class Engine {
   static constexpr double kLeastSpeedSd =
       1e-3;                                    // rad/s: a belief without sensor noise stays regular
   static constexpr double kAnySpeedSd = 30.0;  // rad/s: what an axis of a robot may be doing
-  static constexpr double kLeastWeight = 1e-5;  // of a sample in a mean: of the last minute
-  static constexpr double kJitter = 0.1;        // of an interval that still counts as the usual one
-  static constexpr double kWhitePart = 1e-4;    // of the sensor's variance: keeps S regular
+  static constexpr double kLeastWeight = 1e-5;   // of a sample in a mean: of the last minute
+  static constexpr double kWhitePart = 1e-4;     // of the sensor's variance: keeps S regular
   static constexpr double kOpeningStays = 0.97;  // a sample, of the noise that stands for the
                                                  // states at the first sample: gone after 0.1 s
   static constexpr double kLeastNoise = 1e-9;    // 1/s^1/2: the belief's root does not degenerate
@@ -415,18 +421,26 @@ class Engine {
   MeasuredParts measured_parts(double shown) const {
     if (!coloured_) return {};
     const double sensor = filter_.mean()[sensor_row()];
-    return {shown - sensor, sensor, kick_ * filter_.mean()[torque_row()]};
+    return {shown - sensor, sensor};
   }
 
-  void learn(const Innovation& innovation, const MeasuredParts& before, double watched) {
+  /// What lies between the last update and this one.
+  Between between() const {
+    constexpr double kMany = 1e6;
+    const double intervals = usual_dt_ > 0.0 ? std::min(since_update_s_ / usual_dt_, kMany) : 1.0;
+    return {std::max(1, static_cast<int>(std::lround(intervals))), kicked_};
+  }
+
+  void learn(const Innovation& innovation, const MeasuredParts& before, const Moment& at) {
     if (usual_dt_ == 0.0) usual_dt_ = last_.dt;
-    const bool follows = steps_since_update_ == 1 && std::abs(last_.dt / usual_dt_ - 1.0) < kJitter;
-    if (!follows) watch_.interrupt();
-    steps_since_update_ = 0;
-    const MeasuredParts after = measured_parts(shown_now());
-    if (watch_.see(innovation, before, after)) take_noise(watch_.noise());
-    fade(watched);
     opening_ *= kOpeningStays;
+    fade(at.watched);
+    if (keeps_noise_) return;
+    const MeasuredParts after = measured_parts(shown_now());
+    if (at.at_rest) watch_.interrupt();
+    if (watch_.see(innovation, before, after, between())) take_noise(watch_.noise());
+    since_update_s_ = 0.0;
+    kicked_ = 0.0;
   }
 
   /// rad/s, what the sensor would show of the belief as it is.
@@ -440,7 +454,22 @@ class Engine {
     const double density =
         std::sqrt(learnt.kick.long_run_variance() * last_.dt) / std::max(kick_, 1e-300);
     learnt_ = density <= settings_->noise.learning.most_torque;
-    noise_ = learnt_ ? learnt : NoisePair{{}, {settings_->noise.sensor, 0.0}};
+    noise_ = learnt_ ? learnt : unlearnt_noise();
+  }
+  NoisePair unlearnt_noise() const { return {{}, {settings_->noise.sensor, 0.0}}; }
+
+  void forget_noise() {
+    watch_ = {};
+    learnt_ = false;
+    noise_ = unlearnt_noise();
+    model_error_ = std::max(model_error_, squared(settings_->noise.model_error.start));
+  }
+
+  void believe(const LearntNoise& noise) {
+    kick_ = noise.sample_s * mobilities(parameters_.data())[kDrivenMass];
+    noise_ = {{noise.torque_sd * kick_, noise.torque_pole}, {noise.sensor_sd, noise.sensor_pole}};
+    learnt_ = true;
+    opening_ = std::exchange(model_error_, 0.0);
   }
 
   /// Lets what was learnt of the parameters count less as it grows old; a deviation never grows
@@ -451,7 +480,8 @@ class Engine {
     since_fade_ = 0;
     const double before = std::exchange(faded_at_, watched);
     const NoiseLearning& l = settings_->noise.learning;
-    if (!learnt_ || watched > l.fade_until_s || settings_->belief) return;
+    const bool begins_far_off = !settings_->belief || keeps_noise_;
+    if (!learnt_ || watched > l.fade_until_s || !begins_far_off) return;
     const double factor =
         std::pow((watched + l.fade_from_s) / (before + l.fade_from_s), 0.5 * l.fade);
     for (int k = 0; k < coordinates_->size(); ++k)
@@ -494,6 +524,20 @@ class Engine {
 
   double free_covariance(int i, int j) const {
     return filter_.covariance(states() + i, states() + j);
+  }
+
+  static double squared(double x) { return x * x; }
+
+  /// What the k-th unknown's deviation is multiplied by where it is told.
+  double told(int k) const { return widening_[k] * unnarrowed(k); }
+
+  /// The same for a prior that restarts have narrowed: with the information that samples have added
+  /// to it, 1 / P - 1 / P_narrow, the whole one would be 1 / (1 / P_whole + that).
+  double unnarrowed(int k) const {
+    if (believed_spread_ == 1.0) return 1.0;
+    const double narrowed = squared(believed_spread_);
+    const double left = free_covariance(k, k) / squared(prior_sd(k));  // of the whole prior's
+    return 1.0 / std::sqrt(std::max(narrowed, 1.0 - left * (1.0 / narrowed - 1.0)));
   }
 
   /// Towards `gain` times the innovation's square, over time_s.
@@ -566,7 +610,7 @@ class Engine {
     return coordinates_->natural_unit(k, parameters_[coordinates_->unknowns()[k]]);
   }
 
-  StepNoise<Shape> step_noise(double watched, double dt) const {
+  StepNoise<Shape> step_noise(const Moment& from, double dt) const {
     const Noise& noise = settings_->noise;
     const auto variance = [&](double density) {
       return (density * density + kLeastNoise * kLeastNoise) * dt;
@@ -583,9 +627,12 @@ class Engine {
       sum[torque_row()] = torque_noise().driving_variance() + variance(0.0);
       sum[sensor_row()] = noise_.sensor.driving_variance();
     }
-    // Wear is for those who expect it: what is left once the noise is known is no walk.
+    // Wear is for those who expect it: what is left once the noise is known is no walk. Nor do
+    // parameters leave their places while nothing is seen of them.
     const Annealing& annealed = noise.parameter_walk;
-    const double walk = learnt_ ? annealed.at(watched) - annealed.floor : annealed.at(watched);
+    const double walk = from.at_rest ? 0.0
+                        : learnt_    ? annealed.at(from.watched) - annealed.floor
+                                     : annealed.at(from.watched);
     for (int k = 0; k < coordinates_->size(); ++k) {
       sum[states() + k] = variance(walk * natural_unit(k));
     }
@@ -601,9 +648,11 @@ class Engine {
   NoisePair noise_;
   NoiseWatch watch_;
   bool learnt_ = false;
+  bool keeps_noise_ = false;
   double kick_ = 0.0;      // (rad/s)/(N.m), what a torque adds to the driven mass's speed in a step
   double usual_dt_ = 0.0;  // s
-  int steps_since_update_ = 0;
+  double since_update_s_ = 0.0;
+  double kicked_ = 0.0;   // rad/s, by the believed torque noise since the last update
   double opening_ = 0.0;  // (rad/s)^2, variance
   std::vector<Place> places_;
   double believed_spread_ = 1.0;  // of the parameters' prior, with which they began last

@@ -59,8 +59,12 @@ class Runner {
   Passage passage() const { return passage_; }
   const Moment& moment() const { return now_; }
 
+  /// How many samples before the last one have shown the same number.
+  int still() const { return rests_.still(); }
+
   RunnerStep step(const Sample& sample) {
     if (!last_) first_time_ = sample.t;
+    now_.at_rest = rests_(sample.y);
     const Status before = predict(sample);
     last_ = sample;
     // Rounding may make the belief indefinite, in the measured row or in another.
@@ -74,9 +78,10 @@ class Runner {
   /// All that samples have made of it.
   template <class Archive>
   void archive(Archive& archive) {
-    archive(engine_, is_gap_, last_, first_time_, in_gaps_s_, now_.t, now_.watched, log_likelihood_,
-            rejected_in_a_row_, passage_);
+    archive(engine_, is_gap_, rests_, last_, first_time_, idle_s_, now_.t, now_.watched,
+            log_likelihood_, rejected_in_a_row_, passage_);
     rejected_in_a_row_ = std::clamp(rejected_in_a_row_, 0, gate_.patience);
+    now_.at_rest = rests_.is_at_rest();
     if (last_) engine_.begin_at({});  // it has begun
   }
 
@@ -92,8 +97,8 @@ class Runner {
     const Moment before = now_;
     now_.t = sample.t - first_time_;
     const bool gap = is_gap_(dt);
-    if (gap) in_gaps_s_ += dt;
-    now_.watched = now_.t - in_gaps_s_;
+    if (gap || now_.at_rest) idle_s_ += dt;
+    now_.watched = now_.t - idle_s_;
     if (gap) {
       engine_.believe_rest(sample.y);
       return Status::kGap;
@@ -134,9 +139,10 @@ class Runner {
   Engine<Filter> engine_;
   Gate gate_;
   GapWatch is_gap_;
+  RestWatch rests_;
   std::optional<Sample> last_;
   double first_time_ = 0.0;
-  double in_gaps_s_ = 0.0;
+  double idle_s_ = 0.0;  // in gaps and at rest: no time to learn in
   Moment now_;
   double log_likelihood_ = 0.0;
   int rejected_in_a_row_ = 0;

@@ -54,7 +54,7 @@ std::vector<std::string_view> names_of(TypeList<F...> /*registry*/) {
   return {F::name...};
 }
 
-constexpr Seal kSeal{"armukf_s", 3};
+constexpr Seal kSeal{"armukf_s", 4};
 
 /// s; what is taken to lie between two clocks, at least: a gap by any measure.
 constexpr double kLeastPause = 10.0;
@@ -260,9 +260,16 @@ Sample Session::State::usable(Sample sample) {
   return sample;
 }
 
-/// Keeps a sample of the beginning; one that is too long cannot be looked at again.
+/// Keeps a sample of the beginning, which begins with motion; one that is too long cannot be looked
+/// at again.
 void Session::State::keep(const Sample& sample) {
   if (!keeps_beginning) return;
+  std::visit(
+      [&](const auto& r) {
+        if (r.moment().at_rest && r.still() + 1 >= static_cast<int>(beginning.size()))
+          beginning.clear();
+      },
+      runners.front());
   if (beginning.size() == kMostBeginning) {
     keeps_beginning = false;
     beginning.clear();
@@ -483,7 +490,7 @@ void Session::believe(const std::vector<double>& values, const ParameterBelief& 
 LearntNoise Session::noise() const {
   LearntNoise found;
   visit_leader([&](const auto& engine) {
-    found.sought = engine.learns();
+    found.sought = engine.has_sought();
     found.known = engine.has_learnt();
     found.sample_s = engine.usual_dt();
     found.not_noise = engine.not_noise();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <optional>
@@ -109,6 +110,19 @@ struct ParameterBelief {
   std::vector<std::string> names;  // of the unknowns
   SquareMatrix covariance;         // in their order
   LearntNoise noise;
+
+  /// Nothing is believed of that parameter any more.
+  void leave_out(std::string_view name) {
+    const auto at = std::find(names.begin(), names.end(), name);
+    if (at == names.end()) return;
+    const int k = static_cast<int>(at - names.begin());
+    names.erase(at);
+    SquareMatrix rest(covariance.size() - 1);
+    for (int i = 0; i < rest.size(); ++i)
+      for (int j = 0; j < rest.size(); ++j)
+        rest(i, j) = covariance(i < k ? i : i + 1, j < k ? j : j + 1);
+    covariance = rest;
+  }
 
   /// All deviations times the factor, for those who expect wear.
   void widen(double factor) {

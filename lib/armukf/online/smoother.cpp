@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <string_view>
 
 #include "armukf/core/error.hpp"
 #include "armukf/filter/smoothing.hpp"
@@ -13,12 +14,32 @@
 namespace armukf {
 namespace {
 
-/// The model with the parameters that the filter ends with.
-Model estimated(const Model& model, const EstimatorSettings& settings,
-                std::span<const Sample> samples) {
-  Session session(model, settings);
+/// Of the points that it takes, root-n deviations away, arms are other ones than about the mean:
+/// with the noise as it is it would believe too much. Settings that allow for more make up for
+/// that.
+constexpr std::string_view kFarReaching = "ckf";
+
+/// What a pass of the filter begins with.
+struct Found {
+  Model model;
+  EstimatorSettings settings;
+};
+
+/// The same for the next pass. Where the noise is known by now, it begins from what is believed: as
+/// far off as start values may be a filter that knows it would believe too much again. What the
+/// samples have said already counts a ninth, by which deviations are 5 % too small.
+Found estimated(const Found& found, std::span<const Sample> samples) {
+  constexpr double kWider = 3.0;
+  Session session(found.model, found.settings);
   for (const Sample& sample : samples) session.step(sample);
-  return session.model();
+  Found next{session.model(), found.settings};
+  ParameterBelief belief = session.belief();
+  if (!belief.noise.known || found.settings.filter == kFarReaching) return next;
+  belief.widen(kWider);
+  next.settings.belief = belief;
+  next.settings.race.starts = {{}};
+  next.settings.noise.parameter_walk.start = next.settings.noise.parameter_walk.floor;
+  return next;
 }
 
 /// Which start wins the race; the others need no memory of what they believed.
@@ -97,15 +118,16 @@ class Smoother {
  public:
   using Shape = typename Filter::Shape;
 
-  Smoother(const Model& model, const FreeCoordinates& coordinates,
-           const EstimatorSettings& settings, const Start& start, Filter filter,
-           std::span<const Sample> samples, const SmoothingProgress& progress)
+  Smoother(const Found& found, const FreeCoordinates& coordinates, const Start& start,
+           Filter filter, std::span<const Sample> samples, const SmoothingProgress& progress)
       : coordinates_(coordinates),
-        runner_(Engine(model, coordinates, settings, filter), settings.gate),
+        own_states_(static_cast<int>(found.model.states.size())),
+        runner_(Engine(found.model, coordinates, found.settings, filter), found.settings.gate),
         history_(filter.shape(), samples.size()),
         samples_(samples),
         progress_(progress) {
     runner_.engine().believe_parameters(start.values);
+    if (found.settings.belief) runner_.engine().keep(*found.settings.belief);
     runner_.engine().begin_at(start.places);
   }
 
@@ -128,7 +150,8 @@ class Smoother {
 
   void backwards() {
     const std::size_t count = samples_.size();
-    result_.columns = static_cast<std::size_t>(runner_.engine().filter().shape().size());
+    result_.columns =
+        static_cast<std::size_t>(own_states_) + static_cast<std::size_t>(coordinates_.size());
     result_.values.resize(count * result_.columns);
     result_.deviations.resize(result_.values.size());
     Gaussian<Shape> smoothed;
@@ -158,16 +181,18 @@ class Smoother {
   void report(std::size_t k, const Gaussian<Shape>& belief) {
     double* values = result_.values.data() + k * result_.columns;
     double* deviations = result_.deviations.data() + k * result_.columns;
-    const int s = belief.shape.states();
-    for (int i = 0; i < s; ++i) {
+    for (int i = 0; i < own_states_; ++i) {
       values[i] = belief.mean[i];
       deviations[i] = belief.deviation(i);
     }
+    const int s = belief.shape.states();  // noises among them
     std::array<double, kMaxParameters> p;
     coordinates_.to_physical(belief.mean.begin() + s, p.data());
-    for (int j = 0; j < coordinates_.size(); ++j) values[s + j] = p[coordinates_.unknowns()[j]];
+    for (int j = 0; j < coordinates_.size(); ++j)
+      values[own_states_ + j] = p[coordinates_.unknowns()[j]];
     coordinates_.deviations(
-        p.data(), [&](int i, int j) { return belief.covariance[s + i][s + j]; }, deviations + s);
+        p.data(), [&](int i, int j) { return belief.covariance[s + i][s + j]; },
+        deviations + own_states_);
   }
 
   void tell(double share, std::size_t k) const {
@@ -175,6 +200,7 @@ class Smoother {
   }
 
   const FreeCoordinates& coordinates_;
+  int own_states_;
   Runner<Filter> runner_;
   History<Shape> history_;
   std::span<const Sample> samples_;
@@ -183,21 +209,28 @@ class Smoother {
   SmoothedRecord result_;
 };
 
+void check_filter(const EstimatorSettings& settings) {
+  with_filter("the smoother", SmoothingFilters<PublishedShape>(), settings.filter, PublishedShape{},
+              settings.spread, [](const auto& /*filter*/) { return true; });
+}
+
 }  // namespace
 
-SmoothedRecord smooth(Model model, const EstimatorSettings& settings,
+SmoothedRecord smooth(const Model& model, const EstimatorSettings& settings,
                       std::span<const Sample> samples, int passes,
                       const SmoothingProgress& progress) {
-  const FreeCoordinates layout(model);
-  return with_shape(model, layout, false, [&](auto shape) {
-    return with_filter(
-        "the smoother", SmoothingFilters<decltype(shape)>(), settings.filter, shape,
-        settings.spread, [&](auto filter) {
-          for (int pass = 1; pass < passes; ++pass) model = estimated(model, settings, samples);
-          const FreeCoordinates coordinates(model);
-          const Start start = starts_of(model, settings.race)[winner(model, settings, samples)];
-          return Smoother(model, coordinates, settings, start, filter, samples, progress).run();
-        });
+  check_filter(settings);
+  Found last{model, settings};
+  for (int pass = 1; pass < passes; ++pass) last = estimated(last, samples);
+  const FreeCoordinates coordinates(last.model);
+  const Start start =
+      starts_of(last.model, last.settings.race)[winner(last.model, last.settings, samples)];
+  const bool coloured = last.settings.belief && last.settings.belief->noise.known;
+  return with_shape(last.model, coordinates, coloured, [&](auto shape) {
+    return with_filter("the smoother", SmoothingFilters<decltype(shape)>(), settings.filter, shape,
+                       settings.spread, [&](auto filter) {
+                         return Smoother(last, coordinates, start, filter, samples, progress).run();
+                       });
   });
 }
 

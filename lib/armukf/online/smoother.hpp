@@ -39,9 +39,11 @@ using SmoothingProgress = std::function<void(double share)>;
 ///
 /// Before the last pass of the filter, `passes` - 1 others find the parameters: about values that
 /// are far off, as start values are, the filter believes too much of what it linearises, and no
-/// smoother can take that back.
-SmoothedRecord smooth(Model model, const EstimatorSettings& settings,
-                      std::span<const Sample> samples, int passes = 2,
+/// smoother can take that back. They also learn the noise, where it is to be learnt, with which the
+/// last pass reckons throughout; a single pass reckons with the settings', and so does the ckf,
+/// whose points lie so far off that it needs the caution.
+SmoothedRecord smooth(const Model& model, const EstimatorSettings& settings,
+                      std::span<const Sample> samples, int passes = 3,
                       const SmoothingProgress& progress = {});
 
 }  // namespace armukf

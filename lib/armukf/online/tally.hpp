@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "armukf/core/innovation_statistics.hpp"
+#include "armukf/core/segments.hpp"
 #include "armukf/online/session.hpp"
 #include "armukf/online/torque_test.hpp"
 
@@ -21,13 +22,14 @@ class Tally {
 
   template <class Archive>
   void archive(Archive& archive) {
-    archive(samples_, counts_, innovations_, torques_);
+    archive(samples_, counts_, rests_, innovations_, torques_);
   }
 
  private:
   std::size_t samples_ = 0;
   std::array<std::size_t, 5> counts_{};  // by Status
-  InnovationStatistics innovations_;
+  RestWatch rests_;
+  InnovationStatistics innovations_;  // none of an arm at rest, which tell nothing
   TorqueTest torques_;
 };
 

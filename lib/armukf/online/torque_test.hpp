@@ -32,6 +32,8 @@ class TorqueTest {
  public:
   /// The next estimate; one that does not tell what is believed is passed over.
   void add(const Estimate& estimate);
+  /// One that tells nothing.
+  void pass_over(const Estimate& estimate) { remember(estimate); }
 
   /// Whether enough was seen for any test of the innovations: before, they tell of start values.
   bool has_settled() const { return watched_ >= kSettled + kLeastTested; }

@@ -6,7 +6,7 @@
 namespace armukf {
 namespace {
 
-constexpr Seal kSeal{"armukf_t", 5};
+constexpr Seal kSeal{"armukf_t", 6};
 
 /// What was counted before, and what a sequence has counted since; new clocks are counted where
 /// samples are given out, so that a checkpoint tells those it covers.

@@ -88,8 +88,18 @@ TriedChange Watch::State::as_tried(int i) const {
           what[i].log_prior};
 }
 
+/// Whether the alarm, raised by a trifle that had long been growing, has met with the first samples
+/// of something larger: that began later than what is being tried.
+bool Watch::State::has_met_another() const {
+  constexpr double kLater = 0.3;  // s
+  const int best = alarm.likeliest();
+  return alarm.likelihood(best) > watch.threshold &&
+         alarm.finding(best).onset > alarm_onset + kLater;
+}
+
 /// Goes over the last samples once more. An alarm that they do not bear out is none.
 void Watch::State::go_on_trying(Session& session) {
+  if (!told && has_met_another()) return begin_trials(session, alarm.likeliest());
   constexpr int kPassesAtOnce = 6;  // as long as there are few samples
   constexpr int kFewestPasses = 18;
   if (knows_noise) {
@@ -100,7 +110,8 @@ void Watch::State::go_on_trying(Session& session) {
   const TriedChanges all = tried();
   const int best = all.best();
   if (told) {
-    if (watched >= all[best].trial.onset + watch.settled_s) tell(session, all, best);
+    const double seen = std::max(all[best].trial.onset + watch.settled_s, alarm_at + watch.name_s);
+    if (watched >= seen) tell(session, all, best);
     return;
   }
   const bool late = !knows_noise || watched - alarm_at >= watch.name_s;

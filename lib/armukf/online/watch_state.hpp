@@ -71,6 +71,7 @@ struct Watch::State {
   std::vector<Trend> trends() const;
   void tell_unnamed(Session& session);
   void begin_trials(Session& session, int best);
+  bool has_met_another() const;
   void go_on_trying(Session& session);
   TriedChanges tried() const;
   TriedChange as_tried(int i) const;

@@ -296,6 +296,7 @@ std::string fit_text(double percent) {
 }
 
 std::string simulation_text(double percent, double mse, const std::optional<ErrorSums>& free) {
+  if (std::isnan(mse)) return "nothing was measured";
   if (!std::isfinite(mse)) return "cannot be simulated with these values";
   std::string text = fmt::format("{}, MSE {:.5g} (rad/s)^2", fit_text(percent), mse);
   if (!free) return text;
@@ -314,6 +315,7 @@ std::string input_text(const StreamCounts& input) {
 
 std::string one_step_text(const InnovationStatistics& innovations) {
   const double p = innovations.ljung_box_p();
+  if (std::isnan(innovations.rmse())) return "  one step ahead: no measurement was used\n";
   return fmt::format(
       "  one step ahead: {}, RMSE {:.4g} rad/s, mean NIS {:.3f}, {}\n",
       fit_text(innovations.fit_percent()), innovations.rmse(), innovations.mean_nis(),

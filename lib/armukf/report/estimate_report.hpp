@@ -52,9 +52,10 @@ std::string fit_text(double fit_percent);
 /// The innovations of a run.
 std::string one_step_text(const InnovationStatistics& innovations);
 
-/// How a simulation did; "cannot be simulated with these values" where it ran away. `free`, of a
-/// model with effects of the motor's angle, is the simulation that follows its own angle beside the
-/// one over the measured angle, and is said wherever that one is.
+/// How a simulation did; "cannot be simulated with these values" where it ran away, "nothing was
+/// measured" where nothing tells. `free`, of a model with effects of the motor's angle, is the
+/// simulation that follows its own angle beside the one over the measured angle, and is said
+/// wherever that one is.
 nlohmann::ordered_json simulation_json(const ClosingSimulation& simulation);
 std::string simulation_text(double fit_percent, double mse, const std::optional<ErrorSums>& free);
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "armukf/core/error.hpp"
+#include "armukf/fit/dense.hpp"
 #include "armukf/io/byte_source.hpp"
 #include "armukf/online/condition.hpp"
 #include "armukf/report/settings_fields.hpp"
@@ -60,7 +61,11 @@ struct SettingReader {
 
   void operator()(double& value) const { value = entry.number(range); }
 
-  void operator()(int& value) const { value = entry.count(); }
+  void operator()(int& value) const {
+    constexpr int kMost = 10'000;  // whatever is counted, more of it only takes for ever
+    value = entry.count();
+    if (value > kMost) entry.fail(fmt::format("must be at most {}, not {}", kMost, value));
+  }
 
   void operator()(std::string& filter) const {
     const std::vector<std::string> known = filter_names();
@@ -158,7 +163,8 @@ double read_pole(const TomlEntry& entry) {
 std::map<std::string, Limits> read_limits(const Model& model, const TomlEntry& entry) {
   std::vector<std::string> names;  // also of what is known here, and may be free elsewhere
   for (const Parameter& p : model.parameters) names.push_back(p.name);
-  for (const Changeable& what : changeables(published_arm(), {})) names.push_back(what.name);
+  for (const Changeable& what : changeables(published_arm(), {}))
+    if (std::ranges::find(names, what.name) == names.end()) names.push_back(what.name);
   std::map<std::string, Limits> all;
   for (const TomlEntry& field : entry.fields({names.begin(), names.end()})) {
     Limits& limits = all[field.name()];
@@ -170,7 +176,19 @@ std::map<std::string, Limits> read_limits(const Model& model, const TomlEntry& e
   return all;
 }
 
-ParameterBelief read_belief(const TomlEntry& entry) {
+/// What rounding leaves of a covariance may be a little less than positive.
+void check_positive(const SquareMatrix& covariance, const TomlEntry& entry) {
+  constexpr double kRounding = 1e-6;  // of a correlation
+  const int n = covariance.size();
+  Eigen::MatrixXd correlation(n, n);
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j)
+      correlation(i, j) = covariance(i, j) / std::sqrt(covariance(i, i) * covariance(j, j));
+  if (n > 0 && symmetric_spectrum(correlation).values[0] < -kRounding)
+    entry.fail("is no covariance: some combination of the names has a variance below 0");
+}
+
+ParameterBelief read_belief(const Model& model, const TomlEntry& entry) {
   ParameterBelief belief;
   const std::vector<TomlEntry> fields = entry.fields(
       {"names", "covariance", "torque_sd", "torque_pole", "sensor_sd", "sensor_pole", "sample_s"});
@@ -181,8 +199,14 @@ ParameterBelief read_belief(const TomlEntry& entry) {
   const auto covariance = std::ranges::find_if(fields, is_named("covariance"));
   if (names == fields.end() || covariance == fields.end())
     entry.fail("must have names and covariance");
-  for (const TomlEntry& name : names->elements()) belief.names.push_back(name.text());
+  for (const TomlEntry& name : names->elements()) {
+    name.placed([&] { model.index_of(name.text()); });
+    if (std::ranges::find(belief.names, name.text()) != belief.names.end())
+      name.fail(fmt::format("'{}' stands there twice", name.text()));
+    belief.names.push_back(name.text());
+  }
   belief.covariance = read_covariance(*covariance, static_cast<int>(belief.names.size()));
+  check_positive(belief.covariance, *covariance);
   LearntNoise& noise = belief.noise;
   for (const TomlEntry& field : fields) {
     if (field.name() == "torque_sd") noise.torque_sd = field.number(Range::kNotNegative);
@@ -203,19 +227,20 @@ ModelFile parse_model_file(const std::string& text, const std::string& name, Mod
   known.insert(known.end(), kSettingsSections.begin(), kSettingsSections.end());
   ModelFile content = std::move(before);
   // In alphabetical order: the effects come before the parameters that they bring.
-  for (const TomlEntry& entry : TomlEntry(name, root).fields(known)) {
+  const std::vector<TomlEntry> entries = TomlEntry(name, root).fields(known);
+  for (const TomlEntry& entry : entries) {
     if (entry.name() == "effects") {
       read_effects(content.model, entry);
-    } else if (entry.name() == "belief") {
-      content.settings.belief = read_belief(entry);
     } else if (entry.name() == "parameters") {
       read_parameters(content.model, entry);
     } else if (entry.name() == "limits") {
       content.settings.limits = read_limits(content.model, entry);
-    } else {
+    } else if (entry.name() != "belief") {
       read_section(content, entry);
     }
   }
+  for (const TomlEntry& entry : entries)
+    if (entry.name() == "belief") content.settings.belief = read_belief(content.model, entry);
   return content;
 }
 

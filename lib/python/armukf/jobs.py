@@ -120,7 +120,7 @@ def score(record: Record, model: ModelSource = None, *, filter: str | None = Non
     return dict(json.loads(_core.score(_named(record, "record"), filtered(model, filter)._core)))
 
 
-def smooth(record: Record, model: ModelSource = None, *, filter: str | None = None, passes: int = 2,
+def smooth(record: Record, model: ModelSource = None, *, filter: str | None = None, passes: int = 3,
            progress: Callable[[float], None] | None = None) -> Smoothed:
     """States and parameters of each sample given the whole record, by ukf, ekf or ckf.
 
