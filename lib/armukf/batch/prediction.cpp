@@ -199,7 +199,7 @@ Update<Shape> updated(const Setting& setting, Gaussian<Shape>& belief,
     return y;
   };
   const Measurement<Shape> speed = rule.measurement(belief.shape, belief.mean, shown);
-  const Update<Shape> update{
+  Update<Shape> update{
       innovation(belief, speed, setting.samples[k].y, setting.sensor_coloured() ? kRest : 1.0),
       speed.covariance(belief)};
   condition(belief, update.covariance, update.innovation);
