@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
 #include "armukf/core/error.hpp"
 #include "armukf/io/atomic_file.hpp"

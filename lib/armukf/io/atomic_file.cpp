@@ -142,7 +142,7 @@ AtomicFile::AtomicFile(const std::string& target) : name_(shown_name(target)) {
     output_ = open_for_writing(target);
     return;
   }
-  if (exists && ::access(target.c_str(), W_OK) != 0) throw open_failure(target, errno);
+  if (exists) check_writable(target);
   open_beside(target);
   if (exists) ::fchmod(output_.number(), status.st_mode & kPermissions);
 }

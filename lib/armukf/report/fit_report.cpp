@@ -225,8 +225,8 @@ std::string fit_text(const FitSummary& s) {
   if (begins_in_motion(found))
     text += fmt::format(
         "  note: the arm moves as the record begins: with all initial states free its beginning "
-        "errs "
-        "by\n        {:.0f} % less, and the parameters are others; add --free-initial all\n",
+        "errs by\n"
+        "        {:.0f} % less, and the parameters are others; add --free-initial all\n",
         100.0 * (1.0 - found.left_by_free_states));
   return text;
 }
