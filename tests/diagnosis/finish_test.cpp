@@ -23,6 +23,7 @@ struct Unfinished {
   Diagnosis diagnosis;
   Explained now;
   Held held;
+  Simulated without_any;
 
   Unfinished(const Model& truth, const std::vector<std::string>& effects) {
     records.estimation = {noisy_record(truth, 4000, 0.05, 0.3, 7)};
@@ -45,7 +46,7 @@ struct Unfinished {
 
   /// least: (rad/s)^2, of models with none of the effects, with one ...
   Simulated finish(const std::vector<double>& least) {
-    return finished({base, bases, records, settings}, {}, least, diagnosis, now, held);
+    return finished({base, bases, records, settings}, without_any, least, diagnosis, now, held);
   }
 };
 
@@ -82,6 +83,16 @@ TEST(Finished, HasNoEffectThatIsWithinSoManyOfItsDeviations) {
   EXPECT_TRUE(found.diagnosis.effects.empty());
   EXPECT_EQ(found.diagnosis.candidates[0].refused_because,
             "the completed model has none of it beyond its deviation");
+}
+
+/// Its size is hard to tell from other parameters, and yet something is missing without it.
+TEST(Finished, HasAnEffectWithinItsDeviationsWithoutWhichItErrsFarMore) {
+  Unfinished found(biased(), {"torque_bias"});
+  found.settings.most_sds_of_none = 1e6;
+  const double with = Unfinished(biased(), {"torque_bias"}).finish({kInfinite}).validation.mse;
+  found.without_any.validation.mse = 1.5 * with;
+  found.finish({kInfinite});
+  EXPECT_EQ(found.diagnosis.effects.size(), 1u);
 }
 
 /// Of a friction that warms up slowly so short a record tells no more than how fast it falls: size

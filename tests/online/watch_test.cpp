@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <numbers>
 #include <random>
 #include <span>
 #include <string>
@@ -43,29 +45,52 @@ class Coloured {
   std::normal_distribution<double> normal_;
 };
 
-/// A record of the published arm under speed control, which from kOnset on is another, and gets
-/// another torque than it is told; with coloured noise of torque and sensor. `weight` (N.m): of
-/// gravity at the motor, all the while.
+/// What is commanded (N.m) at the n-th sample, which measures y (rad/s).
+using Command = std::function<double(int n, double y)>;
+
+/// Follows the speed of the published motion.
+Command speed_control() {
+  return [wanted = speed_reference(ExperimentKind::kEstimation, {}, 20000, kDt, 1), integral = 0.0](
+             int n, double y) mutable {
+    const double error = wanted[static_cast<std::size_t>(n) % wanted.size()] - y;
+    const double u = 4.0 * error + integral;
+    integral += 40.0 * kDt * error;
+    return u;
+  };
+}
+
+/// Sweeps from 0.8 to 45 Hz every 5 s, and hardly holds the arm. What a resonance tells is learnt
+/// all at once as the sweep passes it.
+Command torque_chirp() {
+  return [](int n, double y) {
+    constexpr double kEvery = 5.0;  // s
+    constexpr double kFirst = 0.8;  // Hz
+    const double growth = std::log(45.0 / kFirst);
+    const double part = std::fmod(n * kDt, kEvery) / kEvery;
+    const double turns = kFirst * kEvery / growth * (std::exp(growth * part) - 1.0);
+    return 7.0 * std::sin(2.0 * std::numbers::pi * turns) - 0.05 * y;
+  };
+}
+
+/// A record of the published arm, which from kOnset on is another, and gets another torque than it
+/// is told; with coloured noise of torque and sensor. `weight` (N.m): of gravity at the motor, all
+/// the while.
 std::vector<Sample> record(double duration, const Model& later, double bias = 0.0,
-                           double weight = 0.0) {
+                           double weight = 0.0, Command command = speed_control(),
+                           unsigned seed = 1) {
   const int samples = static_cast<int>(duration / kDt);
-  const std::vector<double> wanted =
-      speed_reference(ExperimentKind::kEstimation, {}, 20000, kDt, 1);
-  Coloured sensor(0.1, 0.5, 1);
-  Coloured torque(0.05, 0.9, 2);
+  Coloured sensor(0.1, 0.5, seed);
+  Coloured torque(0.05, 0.9, seed + 1);
   const Model before = published_estimate();
   std::vector<double> p = before.values();
   std::vector<double> x(kArmStates, 0.0);
-  double integral = 0.0;
   double angle = 0.0;
   std::vector<Sample> all;
   for (int n = 0; n < samples; ++n) {
     const double t = n * kDt;
     if (t >= kOnset) p = later.values();
     const double y = x[kSpeedMotor] + sensor.next();
-    const double error = wanted[n % wanted.size()] - y;
-    const double u = 4.0 * error + integral;
-    integral += 40.0 * kDt * error;
+    const double u = command(n, y);
     all.push_back({t, u, y});
     angle += kDt * x[kSpeedMotor];
     const double given =
@@ -115,6 +140,17 @@ void expect_found(const std::vector<Event>& events, const char* what, double to)
 
 TEST(Watch, SaysNothingWhereNothingChanges) {
   EXPECT_TRUE(events_of(record(30.0, published_estimate())).empty());
+}
+
+/// The parameters move far from those that the predictors were frozen at, whose states and
+/// signatures are bent by that: it is no change of the machine.
+TEST(Watch, SaysNothingWhereParametersAreLearntLate) {
+  for (const unsigned seed : {3U, 4U}) {
+    const std::vector<Event> events =
+        events_of(record(12.0, published_estimate(), 0.0, 0.0, torque_chirp(), seed));
+    EXPECT_TRUE(events.empty()) << "seed " << seed << ": " << events[0].what << " at "
+                                << events[0].onset << " s, said at " << events[0].t << " s";
+  }
 }
 
 /// What arithmetic leaves of a simulated record that has no noise is no change.

@@ -29,6 +29,9 @@ struct AcceptanceSettings {
   /// That all sizes of an effect may be from none in the completed model, if it is none there. Of
   /// 33 effects that were found and right on the tuning half the least was 3.5.
   double most_sds_of_none = 2.0;
+  /// By which the completed model without it errs more on what was not fitted, if it is none there.
+  /// Noise alone moves that error by less between models that are as good.
+  double most_missed_of_none = 0.3;
   /// Of the variance of what was found before, by what is added: beyond it regressors count as
   /// collinear (D. W. Marquardt, Technometrics 12, 1970). As of an offset beside friction where the
   /// arm has moved one way only: each is told by how the other is, and both go wrong elsewhere.

@@ -62,23 +62,10 @@ class ChangeReplay {
       for (const double amount : {a, scans_ ? 1.0 : a + kProbe, less})
         conditions_.push_back(altered(before, what[i], amount * what[i].usual));
     }
-    bank_.freeze(conditions_, noise, sample_s);
-    bank_.believe(memory->belief);
     sums_.assign(what.size(), {});
-    int astray = 0;
-    TorqueMemory u;
-    for (std::int64_t k = memory->next - TorqueMemory::kSize; k < memory->next - 1; ++k)
-      if (k >= 0) u.take(kept_[k % kKept].u);
-    for (std::int64_t k = memory->next; k < next_; ++k) {
-      const Kept& now = kept_[k % kKept];
-      const Kept& last = kept_[(k - 1) % kKept];
-      u.take(last.u);
-      hold(last.t);
-      bank_.predict(last.t, now.dt, u);
-      if (std::isnan(now.y)) continue;
-      const double e = bank_.update(now.t, now.y, gate.width(astray));
-      if (!gate.shuts_out(e, astray)) add(e, now.t);
-    }
+    go_over(
+        *memory, noise, sample_s, gate, [&](double t) { hold(t); },
+        [&](double e, double t) { add(e, t); });
     for (std::size_t i = 0; i < what.size(); ++i) {
       if (scans_) {
         choose(trials_[i], sums_[i]);
@@ -88,6 +75,20 @@ class ChangeReplay {
       trials_[i].amount = amount_within(*model_, before, what[i], trials_[i].amount);
     }
     scans_ = false;
+  }
+
+  /// What `other` takes from the sum of squares of all samples that can be gone over, had it always
+  /// been so.
+  double gained_by(const Condition& other, const Condition& before, const PredictorNoise& noise,
+                   double sample_s, const OutlierGate& gate) {
+    const Memory* memory = memory_before(-kInfinite);
+    if (memory == nullptr) return 0.0;
+    conditions_.assign({before, other});
+    double gained = 0.0;
+    go_over(
+        *memory, noise, sample_s, gate, [](double) {},
+        [&](double e, double) { gained += e * e - std::pow(bank_.innovation(1), 2); });
+    return gained;
   }
 
   const std::vector<Hypothesis>& trials() const { return trials_; }
@@ -148,6 +149,29 @@ class ChangeReplay {
       if (found == nullptr || kept_[(m.next - 1) % kKept].t <= t) found = &m;
     }
     return found;
+  }
+
+  /// Predicts the samples from a memory on in all conditions. at(t): before each is predicted from
+  /// t (s); with(e, t): after, unless it was an outlier.
+  template <class At, class With>
+  void go_over(const Memory& memory, const PredictorNoise& noise, double sample_s,
+               const OutlierGate& gate, At at, With with) {
+    bank_.freeze(conditions_, noise, sample_s);
+    bank_.believe(memory.belief);
+    int astray = 0;
+    TorqueMemory u;
+    for (std::int64_t k = memory.next - TorqueMemory::kSize; k < memory.next - 1; ++k)
+      if (k >= 0) u.take(kept_[k % kKept].u);
+    for (std::int64_t k = memory.next; k < next_; ++k) {
+      const Kept& now = kept_[k % kKept];
+      const Kept& last = kept_[(k - 1) % kKept];
+      u.take(last.u);
+      at(last.t);
+      bank_.predict(last.t, now.dt, u);
+      if (std::isnan(now.y)) continue;
+      const double e = bank_.update(now.t, now.y, gate.width(astray));
+      if (!gate.shuts_out(e, astray)) with(e, now.t);
+    }
   }
 
   /// Until its onset a machine is what it was.

@@ -106,11 +106,15 @@ class PredictorBank {
     for (int lane = 0; lane < pack_count_ * kPackWidth; ++lane) place(lane, belief_.mean);
   }
 
-  /// The states are believed to be these (the model's), the noises anything.
-  void start(std::span<const double> x) {
+  /// The states are believed to be these (the model's), with these deviations, or with large ones
+  /// where there are none; the noises anything.
+  void start(std::span<const double> x, std::span<const double> sd = {}) {
     Belief belief;
     std::copy_n(x.begin(), states(), belief.mean.begin());
-    for (int i = 0; i < states(); ++i) belief.covariance[i][i] = kStartSd * kStartSd;
+    for (int i = 0; i < states(); ++i) {
+      const double of_state = sd.empty() ? kStartSd : sd[i];
+      belief.covariance[i][i] = of_state * of_state;
+    }
     belief.covariance[torque_row()][torque_row()] = noise_.torque.sd * noise_.torque.sd;
     belief.covariance[sensor_row()][sensor_row()] = noise_.sensor.sd * noise_.sensor.sd;
     believe(belief);

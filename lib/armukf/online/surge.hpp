@@ -7,9 +7,10 @@ namespace armukf {
 /// Mean squares of whitened innovations: of long, and of the last half second.
 class Surge {
  public:
+  static constexpr double kLatelyS = 0.5;
+
   /// Takes the mean square over `length` s. `memory_s`: how far back the usual one reaches.
   void add(double power, double length, double memory_s) {
-    constexpr double kLatelyS = 0.5;
     lately_ += std::min(1.0, length / kLatelyS) * (power - lately_);
     usual_ += std::min(1.0, length / memory_s) * (power - usual_);
   }

@@ -23,6 +23,7 @@ std::span<const Event> Watch::State::see(Session& session, const Sample& sample,
   if (has_begun()) {
     follow(sample, estimate, dt, broken);
     if (alarm.full()) look(session);
+    if (std::exchange(has_moved_on, false)) start_from(estimate);
   }
   if (std::isfinite(sample.u)) last_u = sample.u;
   torques.take(last_u);
@@ -31,7 +32,7 @@ std::span<const Event> Watch::State::see(Session& session, const Sample& sample,
 
 void Watch::State::begin(const Session& session) {
   history.fill(session, watched);
-  worn = history.before(watched);
+  worn = latest = history.before(watched);
   what = changeables(model, condition);
   alarm = Alarm(count());
   alarm.expect(watch.claim_s, session.noise().known);
@@ -53,7 +54,10 @@ void Watch::State::look(Session& session) {
   const bool claims = watched >= watch.begin_s + watch.claim_s;
   if (claims && alarm.likelihood(best) > watch.threshold && is_beyond_drift(best))
     return begin_trials(session, best);
-  if (claims && surged) tell_unnamed(session);
+  if (claims && surged) {
+    if (has_learnt_surge(session)) return begin_anew();
+    tell_unnamed(session);
+  }
   history.take(session, watched);
   if (watched < refreeze_at) return;
   refreeze_at = watched + kRefreezeS;
@@ -73,7 +77,8 @@ void Watch::State::look(Session& session) {
   if (alarm.likelihood(best) > kQuiet * watch.threshold && undecided) return;
   if (has_moved(ago)) {
     take_wear_of_ring(wear);
-    return freeze(ago, condition, true);
+    freeze(ago, condition, true);
+    has_moved_on = knows_noise;  // else the states lack as much as the model does
   }
 }
 
@@ -91,7 +96,7 @@ void Watch::State::archive(Archive& archive) {
     wear = Wear(count());
     set_up_bank();
     history.fill(Session(model, settings), 0.0);
-    worn = history.before(0.0);
+    worn = latest = history.before(0.0);
     filter = StepFilter(1 + count(), sample_s);
   }
   archive(power, filter, misfit, alarm, surge, wear, quiet_until, astray, running, before, alarm_at,

@@ -97,6 +97,41 @@ bool Watch::State::has_met_another() const {
          alarm.finding(best).onset > alarm_onset + kLater;
 }
 
+/// What the session's parameters, had they held all the while, take from the sum of squares of the
+/// last seconds, those before a change as well as those after it: much of it is what has been
+/// learnt, where what was frozen is too far off for what is proportional to that.
+double Watch::State::gained_by_learning(const Session& session, const Condition& frozen) {
+  session.remember(latest.values, latest.belief);
+  latest.t = watched;
+  Condition learnt = frozen;
+  std::ranges::copy(latest.values, learnt.parameters.begin());
+  return std::visit(
+      [&](auto& o) { return o.replay.gained_by(learnt, frozen, noise, sample_s, gate()); },
+      observer);
+}
+
+/// Whether the session has learnt what seems to be that change.
+bool Watch::State::has_learnt(const Session& session, const TriedChange& found) {
+  if (!knows_noise) return false;
+  const double more = found.trial.statistic - gained_by_learning(session, before);
+  return more / found.spread < watch.threshold;
+}
+
+/// Whether the session has learnt most of what has made the innovations grow.
+bool Watch::State::has_learnt_surge(const Session& session) {
+  constexpr double kMost = 0.5;
+  const double grown = (surge.lately() - surge.usual()) * Surge::kLatelyS / sample_s;
+  return gained_by_learning(session, condition) > kMost * grown;
+}
+
+/// From what the session believes by now.
+void Watch::State::begin_anew() {
+  calm();
+  take_wear_of_ring(wear);
+  freeze(latest, condition, true);
+  has_moved_on = true;
+}
+
 /// Goes over the last samples once more. An alarm that they do not bear out is none.
 void Watch::State::go_on_trying(Session& session) {
   if (!told && has_met_another()) return begin_trials(session, alarm.likeliest());
@@ -116,7 +151,8 @@ void Watch::State::go_on_trying(Session& session) {
   }
   const bool late = !knows_noise || watched - alarm_at >= watch.name_s;
   const bool clear = all.probability(best) >= watch.clear && all.have_settled(best);
-  if (all[best].statistic() > watch.threshold && (late || clear)) return tell(session, all, best);
+  if (all[best].statistic() > watch.threshold && (late || clear))
+    return has_learnt(session, all[best]) ? begin_anew() : tell(session, all, best);
   if (late) calm();
 }
 

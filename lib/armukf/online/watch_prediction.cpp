@@ -10,6 +10,9 @@ namespace armukf {
 namespace {
 
 constexpr double kRunInS = 0.3;  // s, until the predictors have found the states
+// Times the deviations of the states that they start from, which are too small where the model
+// lacks something.
+constexpr double kStartCaution = 6.0;
 /// Of its usual size, by which a predictor's machine is changed; where a resonance is sharp, less.
 double probe_of(const Changeable& what) { return what.linear < 1.0 ? 0.02 : 0.1; }
 
@@ -41,6 +44,21 @@ void Watch::State::follow(const Sample& sample, const Estimate& estimate, double
         for (int i = 0; i < count(); ++i)
           surprise.signature[i] = (surprise.value - o.bank.innovation(1 + i)) / probe_of(what[i]);
         take_surprise();
+      },
+      observer);
+}
+
+/// The predictors go on from the session's states: theirs were bent by the parameters before, by
+/// more than they know of.
+void Watch::State::start_from(const Estimate& estimate) {
+  const std::size_t n = model.states.size();
+  std::array<double, kMaxStates> sd;
+  for (std::size_t i = 0; i < n; ++i) sd[i] = kStartCaution * estimate.deviations[i];
+  std::visit(
+      [&](auto& o) {
+        o.bank.start(estimate.values.first(n), std::span(sd).first(n));
+        o.replay.interrupt();
+        o.replay.remember(o.bank.belief());
       },
       observer);
 }

@@ -48,6 +48,7 @@ struct Watch::State {
   std::span<const Event> see(Session& session, const Sample& sample, const Estimate& estimate);
   void begin(const Session& session);
   void follow(const Sample& sample, const Estimate& estimate, double dt, bool broken);
+  void start_from(const Estimate& estimate);
   void take_surprise();
   void freeze(const PastBelief& from, const Condition& at, bool knows_rest);
   void set_up_bank();
@@ -73,6 +74,10 @@ struct Watch::State {
   void begin_trials(Session& session, int best);
   bool has_met_another() const;
   void go_on_trying(Session& session);
+  double gained_by_learning(const Session& session, const Condition& frozen);
+  bool has_learnt(const Session& session, const TriedChange& found);
+  bool has_learnt_surge(const Session& session);
+  void begin_anew();
   TriedChanges tried() const;
   TriedChange as_tried(int i) const;
   Event event_of(const TriedChanges& tried, int best, bool settled) const;
@@ -120,6 +125,7 @@ struct Watch::State {
   double quiet_until = 0.0;
   int astray = 0;
   bool running = false;
+  bool has_moved_on = false;  // to other parameters, for which the predictors' states are not those
   // What is being tried.
   Condition before;  // as best known
   double alarm_at = -1.0;
@@ -129,6 +135,7 @@ struct Watch::State {
 
   BeliefHistory history;
   PastBelief worn;
+  PastBelief latest;
   std::vector<Event> events;
   std::uint64_t told_events = 0;
   double restlessness = 0.0;  // events, the past ones less (WatchSettings::restless_s)
