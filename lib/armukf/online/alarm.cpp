@@ -32,6 +32,7 @@ void Alarm::begin(const std::vector<Changeable>& what, const SquareMatrix& covar
                   bool knows_rest) {
   const int m = covariance.size();
   bends_of_looks_.fill(0.0);
+  looks_ = 0;
   ring_.restart();
   if (knows_rest) test_.carry_over(m, kCarried, ring_.past());
   const double doubt = complete_ ? 1.0 : kIncomplete;
@@ -92,9 +93,11 @@ void Alarm::find_bend(const Model& model, const std::vector<Changeable>& what) {
     const double shown = std::min(1.0, test_.recent_information()[i] * square);
     now = std::max(now, 1.0 + shown * square / (what[i].linear * what[i].linear));
   }
+  // What has just changed bends nothing: it counts what was some looks ago, or at the first one.
   double& oldest = bends_of_looks_[looks_ % bends_of_looks_.size()];
-  bend_ = oldest == 0.0 ? now : oldest;
+  const double then = oldest;
   oldest = now;
+  bend_ = then > 0.0 ? then : bends_of_looks_.front();
   ++looks_;
 }
 

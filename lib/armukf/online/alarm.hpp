@@ -97,7 +97,7 @@ class Alarm {
   std::vector<double> spread_sum_;
   double spread_weight_ = 0.0;
   double bend_ = 1.0;
-  std::array<double, 32> bends_of_looks_{};  // the last ones: what has just changed bends nothing
+  std::array<double, 32> bends_of_looks_{};  // the last ones
   std::uint64_t looks_ = 0;
   std::optional<double> first_;  // s, of the first sample
   double claim_s_ = 0.0;

@@ -7,6 +7,11 @@
 #include "armukf/online/watch_state.hpp"
 
 namespace armukf {
+namespace {
+
+constexpr double kMostLearnt = 0.5;  // of what seems to be a change
+
+}  // namespace
 
 /// Whether a change explains what an even drift does not.
 bool Watch::State::is_beyond_drift(int i) const {
@@ -110,18 +115,19 @@ double Watch::State::gained_by_learning(const Session& session, const Condition&
       observer);
 }
 
-/// Whether the session has learnt what seems to be that change.
-bool Watch::State::has_learnt(const Session& session, const TriedChange& found) {
-  if (!knows_noise) return false;
-  const double more = found.trial.statistic - gained_by_learning(session, before);
-  return more / found.spread < watch.threshold;
-}
-
 /// Whether the session has learnt most of what has made the innovations grow.
 bool Watch::State::has_learnt_surge(const Session& session) {
-  constexpr double kMost = 0.5;
   const double grown = (surge.lately() - surge.usual()) * Surge::kLatelyS / sample_s;
-  return gained_by_learning(session, condition) > kMost * grown;
+  return gained_by_learning(session, condition) > kMostLearnt * grown;
+}
+
+/// Whether the session has learnt what seems to be that change, or most of it: a change is less
+/// than half explained by what would have to have held before it as well.
+bool Watch::State::has_learnt(const Session& session, const TriedChange& found) {
+  if (!knows_noise) return false;
+  const double learnt = gained_by_learning(session, before);
+  return found.trial.statistic - learnt < watch.threshold * found.spread ||
+         learnt > kMostLearnt * found.trial.statistic;
 }
 
 /// From what the session believes by now.
