@@ -75,11 +75,7 @@ void Watch::State::look(Session& session) {
   constexpr double kJustBegunS = 3.0;
   const bool undecided = is_beyond_drift(best) || watched - alarm.finding(best).onset < kJustBegunS;
   if (alarm.likelihood(best) > kQuiet * watch.threshold && undecided) return;
-  if (has_moved(ago)) {
-    take_wear_of_ring(wear);
-    freeze(ago, condition, true);
-    has_moved_on = knows_noise;  // else the states lack as much as the model does
-  }
+  if (has_moved(ago)) move_on(ago);
 }
 
 /// What was frozen goes first: the rest is sized by it.

@@ -107,7 +107,6 @@ bool Watch::State::has_met_another() const {
 /// learnt, where what was frozen is too far off for what is proportional to that.
 double Watch::State::gained_by_learning(const Session& session, const Condition& frozen) {
   session.remember(latest.values, latest.belief);
-  latest.t = watched;
   Condition learnt = frozen;
   std::ranges::copy(latest.values, learnt.parameters.begin());
   return std::visit(
@@ -133,9 +132,7 @@ bool Watch::State::has_learnt(const Session& session, const TriedChange& found) 
 /// From what the session believes by now.
 void Watch::State::begin_anew() {
   calm();
-  take_wear_of_ring(wear);
-  freeze(latest, condition, true);
-  has_moved_on = true;
+  move_on(latest);
 }
 
 /// Goes over the last samples once more. An alarm that they do not bear out is none.

@@ -38,6 +38,13 @@ void Watch::State::freeze(const PastBelief& from, const Condition& at, bool know
   alarm.begin(what, from.belief.covariance, knows_rest);
 }
 
+/// Freezes other parameters of the same machine.
+void Watch::State::move_on(const PastBelief& to) {
+  take_wear_of_ring(wear);
+  freeze(to, condition, true);
+  has_moved_on = knows_noise;  // else the states lack as much as the model does
+}
+
 /// Whether these are parameters from which the frozen ones look bent: far off, or by more than
 /// chance where a resonance is sharp. Beside what a model lacks, bent predictions do not count, nor
 /// does the walk of what is hardly known.

@@ -51,6 +51,7 @@ struct Watch::State {
   void start_from(const Estimate& estimate);
   void take_surprise();
   void freeze(const PastBelief& from, const Condition& at, bool knows_rest);
+  void move_on(const PastBelief& to);
   void set_up_bank();
   PredictorNoise noise_of_incomplete_model() const;
   OutlierGate gate() const;
@@ -135,7 +136,7 @@ struct Watch::State {
 
   BeliefHistory history;
   PastBelief worn;
-  PastBelief latest;
+  PastBelief latest;  // when it was last asked what has been learnt
   std::vector<Event> events;
   std::uint64_t told_events = 0;
   double restlessness = 0.0;  // events, the past ones less (WatchSettings::restless_s)
