@@ -45,7 +45,7 @@ void fit(FitOptions& o) {
   std::vector<Record> records;
   for (const std::string& file : o.files) records.push_back(read_record(file, o.columns));
   const std::string found = find_start(o.start, o.model, records.front(), o.columns, start);
-  const FitSummary summary = fit_summary(start.model, records, o.settings);
+  const FitSummary summary = fit_summary(start.model, records, o.settings, start.settings);
   write_report(o.report, found + fit_text(summary), fit_json(summary));
   if (!o.save.empty())
     write_model_file(o.save, to_go_on_from(summary.identification.model, start.settings,
@@ -62,6 +62,8 @@ void add_fit(CLI::App& program) {
       "unless --free-initial says otherwise. Across a gap (50 ms, five usual intervals) the input "
       "is\n"
       "not known: each piece counts as an experiment with initial states of its own.\n"
+      "Where the recursive estimate explains the records better than what the search has found,\n"
+      "that was a wrong minimum: another search begins from there.\n"
       "With several files, --start frequency looks at the first.\n"
       "sd is the larger of two: HAC sd, which holds whatever the residuals' colour if they are\n"
       "stationary, and one by leaving an eighth of the records out in turn, which --no-blocks\n"

@@ -90,7 +90,7 @@ py::tuple fitted(const std::vector<NamedRows>& rows, const ModelFile& start, boo
   settings.jackknife = blocks;
   const FitSummary summary = interruptible([&](const std::stop_token& stop) {
     settings.stop = stop;
-    return fit_summary(start.model, records, settings);
+    return fit_summary(start.model, records, settings, start.settings);
   });
   return py::make_tuple(fit_json(summary).dump(), to_go_on_from_fit(summary.identification, start));
 }

@@ -48,7 +48,7 @@ INSTANTIATE_TEST_SUITE_P(All, NothingAllocated, testing::Values("", "torque_ripp
 /// followed, and where that is taken for a change the last seconds are gone over again.
 TEST(NothingAllocatedBy, StepsInWhichSomethingWears) {
   constexpr double kRate = 2e-4;  // 1/s
-  for (int seed = 1; seed <= 2; ++seed) {
+  for (int seed = 2; seed <= 3; ++seed) {
     ExperimentSettings experiment;
     experiment.seed = seed;
     experiment.samples = 100000;

@@ -4,6 +4,7 @@
 #include <numbers>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "armukf/batch/experiment.hpp"
@@ -87,9 +88,9 @@ std::vector<Sample> after_rest(int rest, int motion) {
 
 TEST_P(EachFilter, StandstillChangesNothing) {
   const RecursiveEstimate at_once =
-      estimate_record(published_arm(), settings_, after_rest(0, 8000));
+      estimate_record(published_arm(), settings_, after_rest(0, 16000));
   const RecursiveEstimate found =
-      estimate_record(published_arm(), settings_, after_rest(8000, 8000));
+      estimate_record(published_arm(), settings_, after_rest(8000, 16000));
   EXPECT_EQ(found.tally.count(Status::kReset), 0U);
   ASSERT_TRUE(found.belief.noise.known);
   EXPECT_NEAR(found.belief.noise.sensor_sd, 0.3, 0.03);
@@ -100,6 +101,81 @@ TEST_P(EachFilter, StandstillChangesNothing) {
         << found.model.parameters[i].name;
     EXPECT_NEAR(found.sd[i] / sd, 1.0, 0.3) << found.model.parameters[i].name;
   }
+}
+
+/// The same motion, come upon when the arm has swung for a while: the masses differ in speed, and
+/// the springs are wound.
+TEST_P(EachFilter, FindsAnArmThatSwingsAlready) {
+  for (const int swung : {1100, 1500, 1900}) {
+    std::vector<Sample> samples = after_rest(0, swung + 16000);
+    samples.erase(samples.begin(), samples.begin() + swung);
+    const RecursiveEstimate found = estimate_record(published_arm(), settings_, samples);
+    const Model truth = published_estimate();
+    EXPECT_TRUE(found.belief.noise.known) << swung;
+    for (const int i : found.model.unknowns()) {
+      const Parameter& p = truth.parameters[i];
+      EXPECT_NEAR(found.model.parameters[i].value, p.value, 4.0 * found.sd[i])
+          << p.name << " " << swung;
+    }
+    EXPECT_NEAR(found.model.parameter("k_a").value / truth.parameter("k_a").value, 1.0, 0.05)
+        << swung;
+  }
+}
+
+TEST(SecondLook, ComesAfterThreeSecondsAndSettlesForOne) {
+  Session session(published_arm(), {});
+  for (const Sample& sample : record(published_estimate(), 10000)) {
+    session.step(sample);
+    EXPECT_EQ(session.is_settling(), sample.t < 4.0 - 1e-9) << sample.t;
+    EXPECT_EQ(session.decided(), sample.t >= 2.0 - 1e-9) << sample.t;
+  }
+}
+
+/// Nor does one that goes on from what was believed settle at all.
+TEST(SecondLook, DoesNotComeWhereTheModelLacksSomething) {
+  Model truth = published_estimate();
+  truth.add_effect("torque_ripple");
+  truth.parameter("torque_ripple").value = 6.0;
+  const std::vector<Sample> samples = record(truth, 10000);
+  Session session(published_arm(), {});
+  for (const Sample& sample : samples) {
+    session.step(sample);
+    EXPECT_EQ(session.is_settling(), sample.t < 3.0 - 1e-9) << sample.t;
+  }
+  EstimatorSettings later;
+  later.belief = session.belief();
+  Session again(session.model(), later);
+  for (const Sample& sample : samples) {
+    again.step(sample);
+    EXPECT_FALSE(again.is_settling()) << sample.t;
+  }
+}
+
+/// Where samples come so fast that there is no room for all, it comes when that is full: what is
+/// believed jumps there.
+TEST(SecondLook, ComesWhereThereIsNoRoomForMore) {
+  constexpr double kInterval = 1.0 / 3000;  // s
+  const std::vector<Sample> samples =
+      simulate_experiment(published_estimate(), {.samples = 13000,
+                                                 .sample_time_s = kInterval,
+                                                 .sensor_noise = 0.3,
+                                                 .torque_disturbance = 0.2})
+          .record.samples;
+  Session session(published_arm(), {});
+  const int k_a = published_arm().index_of("k_a");
+  double last = 0.0;
+  double largest = 0.0;
+  std::size_t at = 0;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    session.step(samples[k]);
+    ASSERT_EQ(session.is_settling(), samples[k].t < 4.0 - 1e-9) << samples[k].t;
+    const double sd = session.parameter_deviations()[k_a];
+    const double jump = std::abs(std::log(sd / std::exchange(last, sd)));
+    if (samples[k].t < 2.5 || jump < largest) continue;
+    largest = jump;
+    at = k;
+  }
+  EXPECT_EQ(at, 8192U);  // told with the first sample that is not kept
 }
 
 TEST_P(EachFilter, TakesNoMissingTorqueForNoise) {

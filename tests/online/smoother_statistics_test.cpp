@@ -32,6 +32,7 @@ Outcome outcome(double sensor_noise, double disturbance) {
     settings.noise.torque[kGear] = 0.0;
     settings.noise.model_error = {.start = 16.0, .least = 0.0, .gain = 0.0, .time_s = 0.03};
     settings.noise.parameter_walk = {.start = 0.42, .floor = 0.0, .time_s = 1.0};
+    settings.prior.speed = 5.0;  // rad/s; as the noise, it is known that the arm begins at rest
     const SmoothedRecord smoothed = smooth(published_arm(), settings, truth.record.samples);
     Session filter(published_arm(), settings);
     for (std::size_t k = 0; k < truth.states.size(); ++k) {

@@ -44,8 +44,9 @@ inline std::vector<int> speed_states() {
 }
 
 /// Prior standard deviations of the states at a record's first sample.
-inline constexpr double kTwistSpread = 0.3;  // rad, about a spring at rest
-inline constexpr double kSpeedSpread = 5.0;  // rad/s, of a mass against the measured one
+inline constexpr double kTwistSpread = 0.3;   // rad, about a spring at rest
+inline constexpr double kSpeedSpread = 20.0;  // rad/s, of a mass against the measured one, which is
+                                              // what an arm that oscillates already may have
 
 /// The state that the sensor shows, and of the masses the one that the input drives.
 inline constexpr int kMeasuredState = kSpeedMotor;

@@ -114,6 +114,10 @@ std::string find_filter(std::string_view name) {
 
 /// Samples that are kept for a second look: 4 s at 2 kHz.
 constexpr std::size_t kMostBeginning = 8192;
+/// s, watched, before the second look, unless so many samples come sooner: the longer it is, the
+/// more of what a start far off has spoilt is learnt anew; beyond that the first look has learnt
+/// too much to be thrown away.
+constexpr double kLookBackS = 3.0;
 
 struct Session::State {
   State(const Model& m, const EstimatorSettings& s);
@@ -127,6 +131,7 @@ struct Session::State {
   void look_back();
   void keep(const Sample& sample);
   const AnyRunner& leader() const;
+  const Moment& moment() const;
   double session_time(double t) const;
   double usual_interval() const { return last_interval > 0.0 ? last_interval : 1.0; }
   void as_measured(Estimate& estimate) const;
@@ -194,12 +199,13 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
       runners.front());
 }
 
-/// Ends the race once its time is over: the likeliest runner goes on alone.
+/// Ends the race once its time is over: the likeliest runner goes on alone, and later looks at the
+/// beginning again.
 void Session::State::decide() {
-  const Moment now = std::visit([](const auto& r) { return r.moment(); }, runners.front());
-  if (now.watched < settings.race.duration_s) return;
+  const double watched = moment().watched;
+  if (watched < settings.race.duration_s) return;
   if (runners.size() > 1) end_race();
-  look_back();
+  if (watched >= kLookBackS || beginning.size() == kMostBeginning) look_back();
 }
 
 void Session::State::end_race() {
@@ -313,6 +319,11 @@ void Session::State::as_measured(Estimate& e) const {
   e.innovation_sd *= gain;
 }
 
+/// When the last sample came.
+const Moment& Session::State::moment() const {
+  return std::visit([](const auto& r) -> const Moment& { return r.moment(); }, runners.front());
+}
+
 /// The likeliest of those that still race.
 const AnyRunner& Session::State::leader() const {
   return *std::ranges::max_element(runners, {}, log_likelihood);
@@ -390,6 +401,13 @@ void Session::load(std::string_view bytes) {
 }
 
 bool Session::decided() const { return state_->runners.size() == 1; }
+
+bool Session::is_settling() const {
+  constexpr double kSettledS = 1.0;
+  const double watched = state_->moment().watched;
+  if (state_->settings.belief || watched >= kLookBackS + kSettledS) return false;
+  return noise().known || (state_->keeps_beginning && watched < kLookBackS);
+}
 
 std::size_t Session::start() const { return state_->winner; }
 

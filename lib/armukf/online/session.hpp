@@ -72,6 +72,11 @@ class Session {
   bool decided() const;
   std::size_t start() const;
 
+  /// Whether it will soon go over the samples of its beginning again, from what it has found by
+  /// then, or has done so less than a second ago: what it believes of the parameters changes by
+  /// more than samples can tell, and settles.
+  bool is_settling() const;
+
   /// The model with the unknown parameters as believed now; before the first sample, as at the
   /// start.
   Model model() const;

@@ -7,12 +7,14 @@
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "armukf/core/error.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/report/estimate_report.hpp"
 #include "armukf/report/laws_json.hpp"
 #include "armukf/report/parameters_json.hpp"
+#include "armukf/report/recursive_start.hpp"
 
 namespace armukf {
 namespace {
@@ -127,6 +129,18 @@ std::string correlation_lines(const Identification& found) {
   return text;
 }
 
+bool is_better(const Identification& one, const Identification& other) {
+  if (one.noise && other.noise) return one.noise->log_likelihood > other.noise->log_likelihood;
+  return one.mse < other.mse;
+}
+
+/// To search once more from values that were estimated.
+IdentifySettings from_there(IdentifySettings settings) {
+  settings.starts = 1;
+  settings.first_states.clear();
+  return settings;
+}
+
 }  // namespace
 
 ParameterBelief belief_of(const Identification& found) {
@@ -144,9 +158,15 @@ ParameterBelief belief_of(const Identification& found) {
 }
 
 FitSummary fit_summary(const Model& model, const std::vector<Record>& records,
-                       const IdentifySettings& settings) {
+                       const IdentifySettings& settings, const EstimatorSettings& estimator) {
   const auto begin = std::chrono::steady_clock::now();
   FitSummary summary{identify(model, records, settings)};
+  if (const auto start =
+          better_by_recursion(model, estimator, summary.identification.model, records, settings)) {
+    Identification other = identify(*start, records, from_there(settings));
+    summary.from_recursion = is_better(other, summary.identification);
+    if (summary.from_recursion) summary.identification = std::move(other);
+  }
   if (summary.identification.agreeing == 0 || !std::isfinite(summary.identification.mse))
     throw InputError(
         records.front().name, 0, "",
@@ -175,6 +195,7 @@ nlohmann::ordered_json fit_json(const FitSummary& s) {
             {"converged", found.converged},
             {"starts", found.starts},
             {"starts_agreeing", found.agreeing},
+            {"from_recursive_estimate", s.from_recursion},
             {"huber_scale", found.huber_scale},
             {"correlation", correlation_of(found)},
             {"covariance", covariance_json(belief_of(found))},
@@ -217,6 +238,10 @@ std::string fit_text(const FitSummary& s) {
         found.noise->rmse, found.noise->correlation, found.noise->torque_density,
         found.noise->motor_alone ? "the motor" : "all masses", found.noise->torque_pole,
         found.noise->sensor_sd, found.noise->sensor_pole);
+  if (s.from_recursion)
+    text +=
+        "  note: from the start values a search ends in a worse minimum; this one is from the "
+        "recursive estimate\n";
   if (found.starts > 1)
     text += fmt::format("  {} of {} starts ended in this minimum\n", found.agreeing, found.starts);
   text += correlation_lines(found);

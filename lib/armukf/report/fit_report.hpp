@@ -14,6 +14,7 @@ namespace armukf {
 /// All that a batch fit ends with.
 struct FitSummary {
   Identification identification;
+  bool from_recursion = false;  // the given start values had led to a worse minimum
   double seconds = 0.0;
 };
 
@@ -21,9 +22,11 @@ struct FitSummary {
 /// of what the records did not determine.
 ParameterBelief belief_of(const Identification& found);
 
-/// The batch estimate, timed. InputError where no start can be simulated.
+/// The batch estimate, timed: from the model's values on, and where the recursive estimate shows
+/// that this has ended in a wrong minimum, from there (better_by_recursion). InputError where no
+/// start can be simulated.
 FitSummary fit_summary(const Model& model, const std::vector<Record>& records,
-                       const IdentifySettings& settings);
+                       const IdentifySettings& settings, const EstimatorSettings& estimator);
 
 /// The summary as JSON, and as text for a person.
 nlohmann::ordered_json fit_json(const FitSummary& summary);

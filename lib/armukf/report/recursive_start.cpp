@@ -1,0 +1,58 @@
+#include "armukf/report/recursive_start.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "armukf/batch/initial_states.hpp"
+#include "armukf/batch/prediction.hpp"
+#include "armukf/core/constants.hpp"
+#include "armukf/core/segments.hpp"
+#include "armukf/core/statistics.hpp"
+#include "armukf/online/recursion.hpp"
+
+namespace armukf {
+namespace {
+
+/// Negative log-likelihood of the records, less for a better model: of the predictions, or as if
+/// the errors of the simulation were white.
+double loss_of(const Model& model, const std::vector<Record>& pieces,
+               const IdentifySettings& settings) {
+  const bool predicts = settings.criterion == Criterion::kPrediction;
+  const InitialChoice choice = predicts ? all_free(model) : settings.initial;
+  double predicted = 0.0;
+  ErrorSums simulated;
+  for (const Record& piece : pieces) {
+    const std::vector<Sample>& samples = piece.samples;
+    const std::vector<double> x0 =
+        fit_initial_states(model, choice, beginning(samples, kBeginning), settings.propagation).x0;
+    if (predicts) {
+      constexpr int kAhead = 1;
+      predicted += predict_ahead(model, x0, samples, settings.propagation, kAhead).log_likelihood;
+    } else {
+      simulated +=
+          error_sums(speeds_of(samples), simulate(model, x0, samples, settings.propagation));
+    }
+  }
+  const double loss = predicts ? -predicted
+                               : 0.5 * static_cast<double>(simulated.count) *
+                                     std::log(mean_square_error(simulated));
+  return std::isnan(loss) ? kInfinite : loss;
+}
+
+}  // namespace
+
+std::optional<Model> better_by_recursion(const Model& start, const EstimatorSettings& estimator,
+                                         const Model& found, const std::vector<Record>& records,
+                                         const IdentifySettings& settings) {
+  const Record& longest =
+      *std::ranges::max_element(records, {}, [](const Record& r) { return r.samples.size(); });
+  const Model estimate = estimate_record(start, estimator, longest.samples).model;
+  if (!estimate.is_physical(estimate.values())) return {};
+  const std::vector<Record> pieces = split_at_gaps(records, settings.longest_gap_s);
+  constexpr double kLikelier = 10.0;  // less is what the initial states, or chance, may do
+  if (!(loss_of(estimate, pieces, settings) < loss_of(found, pieces, settings) - kLikelier))
+    return {};
+  return estimate;
+}
+
+}  // namespace armukf
