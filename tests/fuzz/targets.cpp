@@ -84,8 +84,8 @@ void model(std::string_view bytes) {
 }
 
 void checkpoint(std::string_view bytes) {
-  constexpr Seal kSession{"armukf_s", 3};
-  constexpr Seal kTrack{"armukf_t", 5};
+  constexpr Seal kSession{"armukf_s", 5};
+  constexpr Seal kTrack{"armukf_t", 6};
   Session session(published_arm(), {});
   unless_refused([&] {
     session.load(bytes);

@@ -13,7 +13,7 @@
 namespace armukf {
 namespace {
 
-constexpr double kSettled = 4.5;  // s: the watch has begun, and looked
+constexpr double kSettled = 7.0;  // s: no rivals are left, the watch has begun, and looked
 
 /// The plant may have what the model lacks: then the watch makes innovations white by itself.
 class NothingAllocated : public testing::TestWithParam<std::string> {};

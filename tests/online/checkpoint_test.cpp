@@ -145,7 +145,7 @@ TEST(CheckpointRefused, LeavesTheSessionAsItWas) {
     EXPECT_NE(refusal(session, bytes.substr(0, size)), "");
   EXPECT_NE(refusal(session, bytes + "x"), "");
   // Sealed as it should be, but not what was in it.
-  const Seal seal{"armukf_s", 4};
+  const Seal seal{"armukf_s", 5};
   const std::string content(unsealed(seal, bytes));
   for (std::size_t size = 0; size < content.size(); size += 97)
     EXPECT_NE(refusal(session, sealed(seal, content.substr(0, size))), "") << size;

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <random>
 #include <string>
@@ -128,6 +129,46 @@ TEST(SecondLook, ComesAfterThreeSecondsAndSettlesForOne) {
     session.step(sample);
     EXPECT_EQ(session.is_settling(), sample.t < 4.0 - 1e-9) << sample.t;
     EXPECT_EQ(session.decided(), sample.t >= 2.0 - 1e-9) << sample.t;
+  }
+}
+
+/// Arms, motions and noises by which the filters of the race, and the winner's second look, end at
+/// an arm spring of twice the stiffness and more.
+TEST(SecondLook, LeavesAWrongArmForARival) {
+  struct Case {
+    std::map<std::string, double> arm;
+    ExperimentSettings settings;
+  };
+  const std::vector<Case> cases{{{{"a_m", 0.2234},
+                                  {"a_g", 0.7066},
+                                  {"k_g1", 21.43},
+                                  {"k_g3", 27.58},
+                                  {"d_g", 0.02384},
+                                  {"k_a", 10.74},
+                                  {"d_a", 0.003301}},
+                                 {.kind = ExperimentKind::kEstimation,
+                                  .seed = 49,
+                                  .sensor_noise = 0.144,
+                                  .torque_disturbance = 0.3,
+                                  .torque_pole = 0.9}},
+                                {{{"a_m", 0.2041},
+                                  {"a_g", 0.7259},
+                                  {"k_g1", 16.02},
+                                  {"k_g3", 21.97},
+                                  {"d_g", 0.02333},
+                                  {"k_a", 12.59},
+                                  {"d_a", 0.002669}},
+                                 {.kind = ExperimentKind::kValidation2,
+                                  .seed = 79,
+                                  .sensor_noise = 0.452,
+                                  .torque_disturbance = 0.264,
+                                  .torque_pole = 0.9}}};
+  for (const Case& c : cases) {
+    Model truth = published_estimate();
+    for (const auto& [name, value] : c.arm) truth.parameter(name).value = value;
+    const RecursiveEstimate found =
+        estimate_record(published_arm(), {}, simulate_experiment(truth, c.settings).record.samples);
+    EXPECT_NEAR(found.model.parameter("k_a").value / truth.parameter("k_a").value, 1.0, 0.3);
   }
 }
 

@@ -55,7 +55,8 @@ Part part_of(Eigen::Index rows, int block) {
 std::vector<double> unknowns_at_end(const OutputError& error, const StatesOfPieces& x0,
                                     const EndedFit& fit) {
   stop_if_asked(fit.stop);
-  SearchLimits limits = limits_for(error);
+  constexpr double kStep = 1.0 / 5;  // the next would be far less
+  SearchLimits limits = limits_for(error, kStep);
   limits.iterations = kIterations;
   limits.stop = fit.stop;
   const Minimum minimum = search(error, error.variables_of_model(x0), fit.huber_scale, limits);

@@ -175,11 +175,10 @@ Minimum search(const OutputError& error, const Variables& variables, double hube
   return least_squares(variables, error.rows(), residuals, limits);
 }
 
-SearchLimits limits_for(const OutputError& error) {
+SearchLimits limits_for(const OutputError& error, double step) {
   // Near the minimum the cost rises by half the residuals' variance where a variable moves by one
   // standard deviation: by 1/N of itself.
-  constexpr double kStep = 1.0 / 30;
-  return {.cost_tolerance = kStep * kStep / std::max(1, error.measured())};
+  return {.cost_tolerance = step * step / std::max(1, error.measured())};
 }
 
 }  // namespace armukf

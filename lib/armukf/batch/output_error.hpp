@@ -74,8 +74,8 @@ class OutputError {
 Minimum search(const OutputError& error, const Variables& variables, double huber_scale,
                const SearchLimits& limits);
 
-/// The limits at which a further step would move no variable by more than a thirtieth of its
+/// Limits at which a search ends: its last step moved no variable by more than that part of its
 /// standard deviation (white residuals).
-SearchLimits limits_for(const OutputError& error);
+SearchLimits limits_for(const OutputError& error, double step = 1.0 / 30);
 
 }  // namespace armukf

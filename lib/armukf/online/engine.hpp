@@ -191,12 +191,11 @@ class Engine {
     watch_.interrupt();
   }
 
-  /// Begins as `first` has ended, of the same model: with its parameters, in their prior spread,
-  /// and with the noise that it has learnt. What is learnt of the noise begins anew.
-  void look_again(const Engine& first) {
-    const double* p = first.parameters();
+  /// Begins with these parameters (one per parameter of the model), in their prior spread, and with
+  /// the noise that `first` has learnt, of the same model. What is learnt of the noise begins anew.
+  void look_again(const Engine& first, const std::vector<double>& p) {
     believed_spread_ = first.believed_spread_;
-    believe_parameters({p, p + model_->parameters.size()});
+    believe_parameters(p);
     noise_ = first.noise_;
     learnt_ = first.learnt_;
     model_error_ = 0.0;

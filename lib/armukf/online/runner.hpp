@@ -55,6 +55,9 @@ class Runner {
   /// filter gains by refusing what it cannot explain.
   double log_likelihood() const { return log_likelihood_; }
 
+  /// Counts from the next measurement on.
+  void forget_likelihood() { log_likelihood_ = 0.0; }
+
   /// Of the last step.
   Passage passage() const { return passage_; }
   const Moment& moment() const { return now_; }

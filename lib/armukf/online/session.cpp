@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <variant>
@@ -54,7 +55,7 @@ std::vector<std::string_view> names_of(TypeList<F...> /*registry*/) {
   return {F::name...};
 }
 
-constexpr Seal kSeal{"armukf_s", 4};
+constexpr Seal kSeal{"armukf_s", 5};
 
 /// s; what is taken to lie between two clocks, at least: a gap by any measure.
 constexpr double kLeastPause = 10.0;
@@ -64,18 +65,37 @@ double log_likelihood(const AnyRunner& runner) {
   return std::visit([](const auto& r) { return r.log_likelihood(); }, runner);
 }
 
-/// A second look at the samples of the beginning, from what a first one has found.
-void look_again(AnyRunner& runner, const std::vector<Place>& places,
-                std::span<const Sample> samples) {
-  std::visit(
-      [&]<class Filter>(Runner<Filter>& first) {
-        Runner<Filter> again = first.anew();
-        again.engine().look_again(first.engine());
-        again.engine().begin_at(places);
+/// A second look at the samples of the beginning, from that start, with the noise that a first one
+/// has learnt. Likelihood counts from their end on.
+AnyRunner second_look(const AnyRunner& first, const Start& start, std::span<const Sample> samples) {
+  return std::visit(
+      [&](const auto& runner) -> AnyRunner {
+        auto again = runner.anew();
+        again.engine().look_again(runner.engine(), start.values);
+        again.engine().begin_at(start.places);
         for (const Sample& sample : samples) again.step(sample);
-        first = again;
+        again.forget_likelihood();
+        return again;
+      },
+      first);
+}
+
+/// What a runner believes of the unknown parameters: all parameters of the model, and of the
+/// unknown ones the deviations.
+struct BelievedParameters {
+  std::array<double, kMaxParameters> values;
+  std::array<double, kMaxParameters> deviations;
+};
+
+BelievedParameters parameters_of(const AnyRunner& runner) {
+  BelievedParameters believed{};
+  std::visit(
+      [&](const auto& r) {
+        std::copy_n(r.engine().parameters(), kMaxParameters, believed.values.begin());
+        r.engine().deviations(believed.deviations.data());
       },
       runner);
+  return believed;
 }
 
 }  // namespace
@@ -119,6 +139,13 @@ constexpr std::size_t kMostBeginning = 8192;
 /// too much to be thrown away.
 constexpr double kLookBackS = 3.0;
 
+/// Runners of the race that look again.
+constexpr std::size_t kFinalists = 2;
+/// Nats by which a rival of the leader may be less likely since the second look.
+constexpr double kLessLikely = 12.0;
+/// s, watched, by which the leader goes on alone in any case.
+constexpr double kRivalsS = 20.0;
+
 struct Session::State {
   State(const Model& m, const EstimatorSettings& s);
 
@@ -129,6 +156,10 @@ struct Session::State {
   void decide();
   void end_race();
   void look_back();
+  void give_up_rivals(double watched);
+  bool agree(const AnyRunner& leader, const AnyRunner& rival) const;
+  bool is_hardly_told(const AnyRunner& runner, int k) const;
+  std::size_t most_runners() const;
   void keep(const Sample& sample);
   const AnyRunner& leader() const;
   const Moment& moment() const;
@@ -144,7 +175,8 @@ struct Session::State {
   FreeCoordinates coordinates;
   EstimatorSettings settings;
   std::vector<AnyRunner> runners;
-  std::size_t winner = 0;           // of the race, a position in starts_of
+  bool raced = false;
+  std::array<std::size_t, kFinalists> finalists{};  // the race's best, positions in starts_of
   std::optional<double> last_time;  // s, session's, of the last sample that was taken
   double last_interval = 0.0;       // s
   double clock_offset = 0.0;        // s, from the samples' clock to the session's, which goes on
@@ -174,6 +206,7 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
   if (s.adaptation.least > s.adaptation.most)
     throw InputError(fmt::format("adaptation: least, {}, is above most, {}", s.adaptation.least,
                                  s.adaptation.most));
+  runners.reserve(most_runners());
   for (const Start& start : starts_of(model, settings.race)) {
     runners.push_back(make_runner(model, coordinates, settings));
     std::visit(
@@ -184,6 +217,7 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
         },
         runners.back());
   }
+  raced = runners.size() == 1;
   if (is_coloured(model, coordinates, settings) && !settings.belief) {
     beginning.reserve(kMostBeginning);
     keeps_beginning = true;
@@ -199,29 +233,107 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
       runners.front());
 }
 
-/// Ends the race once its time is over: the likeliest runner goes on alone, and later looks at the
-/// beginning again.
+/// How many there may be at a time.
+std::size_t Session::State::most_runners() const {
+  return std::max(starts_of(model, settings.race).size(),
+                  kFinalists + settings.race.starts.size() - 1);
+}
+
+/// Ends the race once its time is over: the likeliest runner goes on, and later looks at the
+/// beginning again, beside rivals until these are given up.
 void Session::State::decide() {
   const double watched = moment().watched;
   if (watched < settings.race.duration_s) return;
-  if (runners.size() > 1) end_race();
+  if (!raced) end_race();
   if (watched >= kLookBackS || beginning.size() == kMostBeginning) look_back();
+  if (runners.size() > 1 && !keeps_beginning) give_up_rivals(watched);
 }
 
+/// Leaves the likeliest of all, and the next one where it may look again.
 void Session::State::end_race() {
-  const auto best = std::ranges::max_element(runners, {}, log_likelihood);
-  winner = static_cast<std::size_t>(best - runners.begin());
-  std::iter_swap(runners.begin(), best);
-  runners.resize(1, runners.front());
+  const std::size_t count = keeps_beginning ? kFinalists : 1;
+  std::vector<std::size_t> start(runners.size());
+  std::iota(start.begin(), start.end(), std::size_t{0});
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto best = std::ranges::max_element(std::span(runners).subspan(i), {}, log_likelihood);
+    const std::size_t at =
+        i + static_cast<std::size_t>(best - std::span(runners).subspan(i).begin());
+    std::swap(runners[i], runners[at]);
+    std::swap(start[i], start[at]);
+    finalists[i] = start[i];
+  }
+  runners.resize(count, runners.front());
+  raced = true;
 }
 
-/// Looks at the beginning again once the noise is known; not at all where it is not known in time.
+/// Looks at the beginning again once the noise is known; until it is the winner goes on alone, and
+/// where it is not known in time does not look at all.
+/// A motion may tell the right arm from a wrong one only later, when a filter would be too sure of
+/// the wrong one to leave it: so the next best of the race looks again as well, and the winner from
+/// its own parameters times each start's factors.
 void Session::State::look_back() {
   if (beginning.empty()) return;
-  if (!std::visit([](const auto& r) { return r.engine().has_learnt(); }, runners.front())) return;
-  look_again(runners.front(), starts_of(model, settings.race)[winner].places, beginning);
+  if (!std::visit([](const auto& r) { return r.engine().has_learnt(); }, runners.front())) {
+    if (runners.size() > 1) runners.resize(1, runners.front());
+    return;
+  }
+  const AnyRunner first = runners.front();
+  const std::vector<Start> starts = starts_of(model, settings.race);
+  const auto with_parameters_of = [&](const AnyRunner& runner) {
+    Model found = model;
+    const BelievedParameters believed = parameters_of(runner);
+    for (std::size_t i = 0; i < found.parameters.size(); ++i)
+      found.parameters[i].value = believed.values[i];
+    return found;
+  };
+  const auto look = [&](const std::vector<double>& from, std::size_t finalist) {
+    return second_look(first, {from, starts[finalists[finalist]].places}, beginning);
+  };
+  for (std::size_t i = 0; i < runners.size(); ++i)
+    runners[i] = look(with_parameters_of(runners[i]).values(), i);
+  for (const StartFactors& factors : settings.race.starts)
+    if (!factors.empty())
+      runners.push_back(look(start_values(with_parameters_of(first), factors), 0));
   beginning.clear();
   keeps_beginning = false;
+}
+
+/// Whether a rival has come to the leader's arm, no unknown off by more than the smaller of its
+/// deviations; or the samples have told of no unknown which arm it is.
+bool Session::State::agree(const AnyRunner& leader, const AnyRunner& rival) const {
+  const BelievedParameters a = parameters_of(leader);
+  const BelievedParameters b = parameters_of(rival);
+  bool near = true;
+  bool told = false;
+  for (int k = 0; k < coordinates.size(); ++k) {
+    const int i = coordinates.unknowns()[k];
+    const double off = std::abs(a.values[i] - b.values[i]);
+    near = near && off < std::min(a.deviations[k], b.deviations[k]);
+    told = told || !is_hardly_told(leader, k);
+  }
+  return near || !told;
+}
+
+/// Whether the samples have told hardly anything of an unknown.
+bool Session::State::is_hardly_told(const AnyRunner& runner, int k) const {
+  constexpr double kLeft = 0.7;  // of the deviation: half of the variance
+  return std::visit(
+      [&](const auto& r) {
+        return r.engine().free_variance(k) > kLeft * kLeft * first_variances[k];
+      },
+      runner);
+}
+
+/// The likeliest leads; rivals that are much less likely or have come to the same arm are given up.
+void Session::State::give_up_rivals(double watched) {
+  const auto likeliest = std::ranges::max_element(runners, {}, log_likelihood);
+  if (likeliest != runners.begin()) std::iter_swap(runners.begin(), likeliest);
+  const AnyRunner& leader = runners.front();
+  const auto hopeless = [&](const AnyRunner& rival) {
+    return watched > kRivalsS || log_likelihood(rival) < log_likelihood(leader) - kLessLikely ||
+           agree(leader, rival);
+  };
+  runners.erase(std::remove_if(runners.begin() + 1, runners.end(), hopeless), runners.end());
 }
 
 /// What becomes of a sample whose time cannot be: nothing.
@@ -352,8 +464,8 @@ void Session::State::archive(Archive& archive) {
   std::uint64_t running = runners.size();
   archive(running);
   if constexpr (Archive::kLoads) {
-    if (running == 0 || running > runners.size())
-      throw InputError(fmt::format("has {} filters, where there are {}", running, runners.size()));
+    if (running == 0 || running > most_runners())
+      throw InputError(fmt::format("has {} filters, where there are {}", running, most_runners()));
     runners.resize(running, runners.front());
   }
   for (AnyRunner& runner : runners) std::visit([&](auto& r) { archive(r); }, runner);
@@ -361,11 +473,12 @@ void Session::State::archive(Archive& archive) {
   if (beginning.size() > kMostBeginning)
     throw InputError("keeps a longer beginning than there may be");
   const std::size_t size = values.size();
-  archive(winner, last_time, last_interval, clock_offset, new_clock, last_torque, values,
+  archive(raced, finalists, last_time, last_interval, clock_offset, new_clock, last_torque, values,
           deviations);
   if constexpr (Archive::kLoads)
-    if (winner >= starts_of(model, settings.race).size())
-      throw InputError(fmt::format("has start {} as winner, which there is not", winner));
+    for (const std::size_t start : finalists)
+      if (start >= starts_of(model, settings.race).size())
+        throw InputError(fmt::format("has start {} among the best, which there is not", start));
   if (values.size() != size || deviations.size() != size)
     throw InputError("has another number of states and unknowns");
   for (Parameter& p : model.parameters)
@@ -400,16 +513,18 @@ void Session::load(std::string_view bytes) {
   state_ = std::move(loaded);
 }
 
-bool Session::decided() const { return state_->runners.size() == 1; }
+bool Session::decided() const { return state_->raced; }
 
 bool Session::is_settling() const {
   constexpr double kSettledS = 1.0;
   const double watched = state_->moment().watched;
-  if (state_->settings.belief || watched >= kLookBackS + kSettledS) return false;
+  if (state_->settings.belief) return false;
+  if (state_->runners.size() > 1) return true;
+  if (watched >= kLookBackS + kSettledS) return false;
   return noise().known || (state_->keeps_beginning && watched < kLookBackS);
 }
 
-std::size_t Session::start() const { return state_->winner; }
+std::size_t Session::start() const { return state_->finalists.front(); }
 
 Model Session::model() const {
   Model model = state_->model;
@@ -456,14 +571,11 @@ void Session::covariance_into(SquareMatrix& covariance) const {
 }
 
 std::vector<std::string> Session::hardly_told() const {
-  constexpr double kLeft = 0.7;  // of the deviation: half of the variance
   const std::vector<int>& unknowns = state_->coordinates.unknowns();
   std::vector<std::string> names;
-  visit_leader([&](const auto& engine) {
-    for (int k = 0; k < static_cast<int>(unknowns.size()); ++k)
-      if (engine.free_variance(k) > kLeft * kLeft * state_->first_variances[k])
-        names.push_back(state_->model.parameters[unknowns[k]].name);
-  });
+  for (int k = 0; k < static_cast<int>(unknowns.size()); ++k)
+    if (state_->is_hardly_told(state_->leader(), k))
+      names.push_back(state_->model.parameters[unknowns[k]].name);
   return names;
 }
 

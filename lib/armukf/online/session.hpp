@@ -55,11 +55,11 @@ class Session {
   /// build on the same processor.
   ///
   /// Format: a seal (core/sealed.hpp: magic `armukf_s`, version, checksum, length); a text that
-  /// describes model and settings; how many filters still race (64 bits), and each of them: mean
+  /// describes model and settings; how many filters there are (64 bits), and each of them: mean
   /// and covariance (or its root), the last interval, parameters, model error, noise factors,
-  /// clocks, likelihood; then winner, last time and torque, values and deviations; what a watch has
-  /// found of the known parameters, drive and sensor, and the last torques. See
-  /// core/archive.hpp for how numbers stand.
+  /// clocks, likelihood; then samples for a second look, whether the race is over and its best,
+  /// last time and torque, values and deviations; what a watch has found of the known parameters,
+  /// drive and sensor, and the last torques. See core/archive.hpp for how numbers stand.
   std::string save() const;
 
   /// Takes such a belief for its own. InputError, saying why, where the bytes are damaged, cut
@@ -67,14 +67,13 @@ class Session {
   /// is then as it was.
   void load(std::string_view bytes);
 
-  /// Whether the race of the starts is over, and which of them (starts_of, in race.hpp) goes on
-  /// then.
+  /// Whether the race of the starts is over, and which of them (starts_of, in race.hpp) has won it.
   bool decided() const;
   std::size_t start() const;
 
   /// Whether it will soon go over the samples of its beginning again, from what it has found by
-  /// then, or has done so less than a second ago: what it believes of the parameters changes by
-  /// more than samples can tell, and settles.
+  /// then, has done so less than a second ago, or still has rivals that might take the lead: what
+  /// it believes of the parameters may change by more than samples can tell.
   bool is_settling() const;
 
   /// The model with the unknown parameters as believed now; before the first sample, as at the

@@ -42,7 +42,10 @@ struct ModelError {
 ///   - what was learnt of the parameters at the time s counts at t by
 ///     ((s + fade_from_s) / (t + fade_from_s))^fade, until fade_until_s,
 ///   - the winner of the race looks at the samples of the first seconds again, from the parameters
-///     and the noise that it has found, with the prior's spread.
+///     and the noise that it has found, with the prior's spread; beside rivals: the next best of
+///     the race, and the winner's parameters times each start's factors. From then on the likeliest
+///     leads. A rival is given up once it is less likely by exp(12) or no further off than one
+///     deviation, after 20 s in any case.
 /// Noise beyond `most_torque` is none: then the model lacks something, and the settings of Noise
 /// hold as they are given.
 struct NoiseLearning {

@@ -86,7 +86,7 @@ Comparison comparison(const Model& model, const EstimatorSettings& settings, con
   Comparison found;
   found.recursive.estimate = estimate_record(model, settings, record.samples, passes);
   found.recursive.simulation = simulated(found.recursive.estimate.model);
-  found.batch = fit_summary(model, {record}, batch, settings);
+  found.batch = fit_summary(model, {record}, batch, found.recursive.estimate.model);
   found.batch_simulation = simulated(found.batch.identification.model);
   return found;
 }

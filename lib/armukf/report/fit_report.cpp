@@ -4,12 +4,15 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "armukf/core/error.hpp"
+#include "armukf/core/parallel.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/report/estimate_report.hpp"
 #include "armukf/report/laws_json.hpp"
@@ -141,6 +144,27 @@ IdentifySettings from_there(IdentifySettings settings) {
   return settings;
 }
 
+using Clock = std::chrono::steady_clock;
+
+/// What the search has found, or what another finds from the recursive estimate on.
+FitSummary better_of(Identification found, const Model& recursive,
+                     const std::vector<Record>& records, const IdentifySettings& settings,
+                     Clock::time_point begin) {
+  FitSummary summary{std::move(found)};
+  if (explains_better(recursive, summary.identification.model, records, settings)) {
+    Identification other = identify(recursive, records, from_there(settings));
+    summary.from_recursion = is_better(other, summary.identification);
+    if (summary.from_recursion) summary.identification = std::move(other);
+  }
+  if (summary.identification.agreeing == 0 || !std::isfinite(summary.identification.mse))
+    throw InputError(
+        records.front().name, 0, "",
+        fmt::format("cannot be simulated from {}; are t in s, u in N.m and y in rad/s?",
+                    settings.starts > 1 ? "any of the start values" : "the start values"));
+  summary.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  return summary;
+}
+
 }  // namespace
 
 ParameterBelief belief_of(const Identification& found) {
@@ -159,22 +183,22 @@ ParameterBelief belief_of(const Identification& found) {
 
 FitSummary fit_summary(const Model& model, const std::vector<Record>& records,
                        const IdentifySettings& settings, const EstimatorSettings& estimator) {
-  const auto begin = std::chrono::steady_clock::now();
-  FitSummary summary{identify(model, records, settings)};
-  if (const auto start =
-          better_by_recursion(model, estimator, summary.identification.model, records, settings)) {
-    Identification other = identify(*start, records, from_there(settings));
-    summary.from_recursion = is_better(other, summary.identification);
-    if (summary.from_recursion) summary.identification = std::move(other);
-  }
-  if (summary.identification.agreeing == 0 || !std::isfinite(summary.identification.mse))
-    throw InputError(
-        records.front().name, 0, "",
-        fmt::format("cannot be simulated from {}; are t in s, u in N.m and y in rad/s?",
-                    settings.starts > 1 ? "any of the start values" : "the start values"));
-  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
-  summary.seconds = taken.count();
-  return summary;
+  const Clock::time_point begin = Clock::now();
+  const Crew crew(settings.threads);
+  Identification found;
+  Model recursive;
+  const std::array<std::function<void()>, 2> jobs{
+      [&] { found = identify(model, records, settings); },
+      [&] { recursive = recursive_estimate(model, estimator, records); }};
+  for_each_job(static_cast<int>(jobs.size()), [&](int i) { jobs[i](); });
+  return better_of(std::move(found), recursive, records, settings, begin);
+}
+
+FitSummary fit_summary(const Model& model, const std::vector<Record>& records,
+                       const IdentifySettings& settings, const Model& recursive) {
+  const Clock::time_point begin = Clock::now();
+  const Crew crew(settings.threads);
+  return better_of(identify(model, records, settings), recursive, records, settings, begin);
 }
 
 nlohmann::ordered_json fit_json(const FitSummary& s) {

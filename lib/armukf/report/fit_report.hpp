@@ -22,11 +22,15 @@ struct FitSummary {
 /// of what the records did not determine.
 ParameterBelief belief_of(const Identification& found);
 
-/// The batch estimate, timed: from the model's values on, and where the recursive estimate shows
-/// that this has ended in a wrong minimum, from there (better_by_recursion). InputError where no
-/// start can be simulated.
+/// The batch estimate, timed: from the model's values on, and where the recursive estimate, which
+/// is made meanwhile, explains the records better (explains_better), from there. InputError where
+/// no start can be simulated.
 FitSummary fit_summary(const Model& model, const std::vector<Record>& records,
                        const IdentifySettings& settings, const EstimatorSettings& estimator);
+
+/// The same where the model with the recursive estimate is there already.
+FitSummary fit_summary(const Model& model, const std::vector<Record>& records,
+                       const IdentifySettings& settings, const Model& recursive);
 
 /// The summary as JSON, and as text for a person.
 nlohmann::ordered_json fit_json(const FitSummary& summary);

@@ -1,11 +1,13 @@
 #include "armukf/report/recursive_start.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "armukf/batch/initial_states.hpp"
 #include "armukf/batch/prediction.hpp"
 #include "armukf/core/constants.hpp"
+#include "armukf/core/parallel.hpp"
 #include "armukf/core/segments.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/online/recursion.hpp"
@@ -41,18 +43,23 @@ double loss_of(const Model& model, const std::vector<Record>& pieces,
 
 }  // namespace
 
-std::optional<Model> better_by_recursion(const Model& start, const EstimatorSettings& estimator,
-                                         const Model& found, const std::vector<Record>& records,
-                                         const IdentifySettings& settings) {
+Model recursive_estimate(const Model& start, const EstimatorSettings& estimator,
+                         const std::vector<Record>& records) {
   const Record& longest =
       *std::ranges::max_element(records, {}, [](const Record& r) { return r.samples.size(); });
-  const Model estimate = estimate_record(start, estimator, longest.samples).model;
-  if (!estimate.is_physical(estimate.values())) return {};
+  return estimate_record(start, estimator, longest.samples).model;
+}
+
+bool explains_better(const Model& estimate, const Model& found, const std::vector<Record>& records,
+                     const IdentifySettings& settings) {
+  if (!estimate.is_physical(estimate.values())) return false;
   const std::vector<Record> pieces = split_at_gaps(records, settings.longest_gap_s);
+  const std::array models{&estimate, &found};
+  std::array<double, models.size()> loss{};
+  for_each_job(static_cast<int>(models.size()),
+               [&](int i) { loss[i] = loss_of(*models[i], pieces, settings); });
   constexpr double kLikelier = 10.0;  // less is what the initial states, or chance, may do
-  if (!(loss_of(estimate, pieces, settings) < loss_of(found, pieces, settings) - kLikelier))
-    return {};
-  return estimate;
+  return loss[0] < loss[1] - kLikelier;
 }
 
 }  // namespace armukf
