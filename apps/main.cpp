@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <glog/logging.h>
 
 #include <CLI/CLI.hpp>
@@ -7,6 +8,7 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <string>
 #include <string_view>
@@ -51,8 +53,20 @@ bool chooses_command(const CLI::App& program, const std::string& word) {
                              [&](const CLI::App* command) { return command->get_name() == word; });
 }
 
+/// InputError where a word at the front is no record's name, nor an option, and so was to be a
+/// command.
+void check_command(const CLI::App& program, const std::string& word) {
+  if (word.empty() || word.find_first_of("-./") != std::string::npos) return;
+  if (chooses_command(program, word) || std::filesystem::exists(word)) return;
+  std::vector<std::string> names;
+  for (const CLI::App* command : program.get_subcommands({})) names.push_back(command->get_name());
+  throw InputError(fmt::format("{}: neither a file nor a command; commands are: {}", word,
+                               fmt::join(names, ", ")));
+}
+
 /// What the user typed, last word first as CLI11 takes it; the default command where none is named.
 std::vector<std::string> reversed_words(const CLI::App& program, std::vector<std::string> words) {
+  if (!words.empty()) check_command(program, words.front());
   if (words.empty() || !chooses_command(program, words[0])) words.insert(words.begin(), kDefault);
   std::ranges::reverse(words);
   return words;

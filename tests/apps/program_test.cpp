@@ -35,6 +35,13 @@ TEST_F(Program, WordsWithoutACommandGoToEstimate) {
   EXPECT_EQ(run("--quiet nowhere.csv").error, run("estimate --quiet nowhere.csv").error);
 }
 
+TEST_F(Program, MisspeltCommandIsNoFile) {
+  const std::string known =
+      "commands are: estimate, smooth, simulate, fit, evaluate, compare, diagnose, export";
+  expect_refused("diagnos run.csv", "diagnos: neither a file nor a command; " + known);
+  expect_refused("diagnos", "diagnos: neither a file nor a command; " + known);
+}
+
 TEST_F(Program, WrongValuesOfOptionsTakeOneLineThatNamesTheOption) {
   expect_refused("simulate", "--output is required");
   expect_refused("simulate -o a.csv --foo", "The following argument was not expected: --foo");

@@ -13,10 +13,10 @@
 
 #include "armukf/core/archive.hpp"
 #include "armukf/core/error.hpp"
-#include "armukf/core/sealed.hpp"
 #include "armukf/io/atomic_file.hpp"
 #include "armukf/io/csv_reader.hpp"
 #include "armukf/online/description.hpp"
+#include "armukf/online/seals.hpp"
 #include "armukf/online/session.hpp"
 #include "armukf/online/track.hpp"
 #include "armukf/report/model_file.hpp"
@@ -84,8 +84,6 @@ void model(std::string_view bytes) {
 }
 
 void checkpoint(std::string_view bytes) {
-  constexpr Seal kSession{"armukf_s", 5};
-  constexpr Seal kTrack{"armukf_t", 6};
   Session session(published_arm(), {});
   unless_refused([&] {
     session.load(bytes);
@@ -95,12 +93,12 @@ void checkpoint(std::string_view bytes) {
   std::string described = description(published_arm(), {});
   content(described);
   unless_refused([&] {
-    session.load(sealed(kSession, content.bytes() + std::string(bytes)));
+    session.load(sealed(kSessionSeal, content.bytes() + std::string(bytes)));
     step_some(session);
   });
   Track track(published_arm(), {});
   unless_refused([&] {
-    track.load(sealed(kTrack, bytes));
+    track.load(sealed(kTrackSeal, bytes));
     track.put({.t = 1e6});
     while (track.next()) {
     }

@@ -8,7 +8,7 @@
 
 #include "armukf/batch/experiment.hpp"
 #include "armukf/core/error.hpp"
-#include "armukf/core/sealed.hpp"
+#include "armukf/online/seals.hpp"
 #include "armukf/online/session.hpp"
 #include "armukf/online/track.hpp"
 
@@ -145,10 +145,9 @@ TEST(CheckpointRefused, LeavesTheSessionAsItWas) {
     EXPECT_NE(refusal(session, bytes.substr(0, size)), "");
   EXPECT_NE(refusal(session, bytes + "x"), "");
   // Sealed as it should be, but not what was in it.
-  const Seal seal{"armukf_s", 5};
-  const std::string content(unsealed(seal, bytes));
+  const std::string content(unsealed(kSessionSeal, bytes));
   for (std::size_t size = 0; size < content.size(); size += 97)
-    EXPECT_NE(refusal(session, sealed(seal, content.substr(0, size))), "") << size;
+    EXPECT_NE(refusal(session, sealed(kSessionSeal, content.substr(0, size))), "") << size;
   EXPECT_TRUE(session.save() == bytes);
 }
 

@@ -247,7 +247,7 @@ class Engine {
 
   /// Takes the innovation into the belief, and into what is thought of the model's error.
   void update(const Innovation& innovation, const Moment& at) {
-    const MeasuredParts before = measured_parts(innovation.predicted);
+    const double before = believed_speed(innovation.predicted);
     if (acts_on_sensor_) {
       filter_.update(arm_step(last_), arm_sensor(), innovation);
     } else {
@@ -416,11 +416,9 @@ class Engine {
     filter_.forget(row, std::max(noise.sd, kLeastSpeedSd));
   }
 
-  /// What is believed of the measurement that is (or is going to be) `shown`.
-  MeasuredParts measured_parts(double shown) const {
-    if (!coloured_) return {};
-    const double sensor = filter_.mean()[sensor_row()];
-    return {shown - sensor, sensor};
+  /// rad/s; of the measurement that is (or is going to be) `shown`, without the sensor's noise.
+  double believed_speed(double shown) const {
+    return coloured_ ? shown - filter_.mean()[sensor_row()] : shown;
   }
 
   /// What lies between the last update and this one.
@@ -430,12 +428,12 @@ class Engine {
     return {std::max(1, static_cast<int>(std::lround(intervals))), kicked_};
   }
 
-  void learn(const Innovation& innovation, const MeasuredParts& before, const Moment& at) {
+  void learn(const Innovation& innovation, double before, const Moment& at) {
     if (usual_dt_ == 0.0) usual_dt_ = last_.dt;
     opening_ *= kOpeningStays;
     fade(at.watched);
     if (keeps_noise_) return;
-    const MeasuredParts after = measured_parts(shown_now());
+    const double after = believed_speed(shown_now());
     if (at.at_rest) watch_.interrupt();
     if (watch_.see(innovation, before, after, between())) take_noise(watch_.noise());
     since_update_s_ = 0.0;

@@ -14,12 +14,12 @@
 #include "armukf/core/archive.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
-#include "armukf/core/sealed.hpp"
 #include "armukf/model/plant.hpp"
 #include "armukf/online/description.hpp"
 #include "armukf/online/filters.hpp"
 #include "armukf/online/race.hpp"
 #include "armukf/online/runner.hpp"
+#include "armukf/online/seals.hpp"
 
 namespace armukf {
 namespace {
@@ -54,8 +54,6 @@ template <class... F>
 std::vector<std::string_view> names_of(TypeList<F...> /*registry*/) {
   return {F::name...};
 }
-
-constexpr Seal kSeal{"armukf_s", 5};
 
 /// s; what is taken to lie between two clocks, at least: a gap by any measure.
 constexpr double kLeastPause = 10.0;
@@ -157,8 +155,9 @@ struct Session::State {
   void end_race();
   void look_back();
   void give_up_rivals(double watched);
-  bool agree(const AnyRunner& leader, const AnyRunner& rival) const;
+  bool agree(const BelievedParameters& a, const BelievedParameters& b) const;
   bool is_hardly_told(const AnyRunner& runner, int k) const;
+  bool is_told_anything(const AnyRunner& runner) const;
   std::size_t most_runners() const;
   void keep(const Sample& sample);
   const AnyRunner& leader() const;
@@ -298,20 +297,15 @@ void Session::State::look_back() {
   keeps_beginning = false;
 }
 
-/// Whether a rival has come to the leader's arm, no unknown off by more than the smaller of its
-/// deviations; or the samples have told of no unknown which arm it is.
-bool Session::State::agree(const AnyRunner& leader, const AnyRunner& rival) const {
-  const BelievedParameters a = parameters_of(leader);
-  const BelievedParameters b = parameters_of(rival);
-  bool near = true;
-  bool told = false;
+/// Whether two have come to the same arm: no unknown off by more than the smaller of its
+/// deviations.
+bool Session::State::agree(const BelievedParameters& a, const BelievedParameters& b) const {
   for (int k = 0; k < coordinates.size(); ++k) {
     const int i = coordinates.unknowns()[k];
-    const double off = std::abs(a.values[i] - b.values[i]);
-    near = near && off < std::min(a.deviations[k], b.deviations[k]);
-    told = told || !is_hardly_told(leader, k);
+    if (!(std::abs(a.values[i] - b.values[i]) < std::min(a.deviations[k], b.deviations[k])))
+      return false;
   }
-  return near || !told;
+  return true;
 }
 
 /// Whether the samples have told hardly anything of an unknown.
@@ -324,14 +318,23 @@ bool Session::State::is_hardly_told(const AnyRunner& runner, int k) const {
       runner);
 }
 
-/// The likeliest leads; rivals that are much less likely or have come to the same arm are given up.
+bool Session::State::is_told_anything(const AnyRunner& runner) const {
+  for (int k = 0; k < coordinates.size(); ++k)
+    if (!is_hardly_told(runner, k)) return true;
+  return false;
+}
+
+/// The likeliest leads. Rivals that are much less likely or have come to the same arm are given up,
+/// and all of them where the samples tell of no unknown which arm it is.
 void Session::State::give_up_rivals(double watched) {
   const auto likeliest = std::ranges::max_element(runners, {}, log_likelihood);
   if (likeliest != runners.begin()) std::iter_swap(runners.begin(), likeliest);
   const AnyRunner& leader = runners.front();
+  const bool over = watched > kRivalsS || !is_told_anything(leader);
+  const double least = log_likelihood(leader) - kLessLikely;
+  const BelievedParameters arm = parameters_of(leader);
   const auto hopeless = [&](const AnyRunner& rival) {
-    return watched > kRivalsS || log_likelihood(rival) < log_likelihood(leader) - kLessLikely ||
-           agree(leader, rival);
+    return over || log_likelihood(rival) < least || agree(arm, parameters_of(rival));
   };
   runners.erase(std::remove_if(runners.begin() + 1, runners.end(), hopeless), runners.end());
 }
@@ -500,11 +503,11 @@ void Session::expect_new_clock() { state_->new_clock = true; }
 std::string Session::save() const {
   OutArchive archive;
   archive(state_->described, *state_);
-  return sealed(kSeal, archive.bytes());
+  return sealed(kSessionSeal, archive.bytes());
 }
 
 void Session::load(std::string_view bytes) {
-  InArchive archive(unsealed(kSeal, bytes));
+  InArchive archive(unsealed(kSessionSeal, bytes));
   std::string described;
   archive(described);
   check_same(described, state_->described);

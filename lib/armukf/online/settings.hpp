@@ -45,7 +45,7 @@ struct ModelError {
 ///     and the noise that it has found, with the prior's spread; beside rivals: the next best of
 ///     the race, and the winner's parameters times each start's factors. From then on the likeliest
 ///     leads. A rival is given up once it is less likely by exp(12) or no further off than one
-///     deviation, after 20 s in any case.
+///     deviation, or while the samples tell hardly anything of any unknown; after 20 s in any case.
 /// Noise beyond `most_torque` is none: then the model lacks something, and the settings of Noise
 /// hold as they are given.
 struct NoiseLearning {

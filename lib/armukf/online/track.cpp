@@ -1,12 +1,10 @@
 #include "armukf/online/track.hpp"
 
 #include "armukf/core/archive.hpp"
-#include "armukf/core/sealed.hpp"
+#include "armukf/online/seals.hpp"
 
 namespace armukf {
 namespace {
-
-constexpr Seal kSeal{"armukf_t", 6};
 
 /// What was counted before, and what a sequence has counted since; new clocks are counted where
 /// samples are given out, so that a checkpoint tells those it covers.
@@ -77,11 +75,11 @@ std::string Track::save() const {
   Progress progress{tally_, counts(), first_t_, last_t_};
   std::string watch = watch_ ? watch_->save() : "";
   archive(session, progress, watch);
-  return sealed(kSeal, archive.bytes());
+  return sealed(kTrackSeal, archive.bytes());
 }
 
 void Track::load(std::string_view bytes) {
-  InArchive archive(unsealed(kSeal, bytes));
+  InArchive archive(unsealed(kTrackSeal, bytes));
   std::string session;
   Progress progress;
   std::string watch;
