@@ -550,6 +550,21 @@ Gains filter_gains(const Model& model, const std::vector<double>& x0,
   return with_state_shape(setting, [&](auto shape) { return gains_of(setting, shape); });
 }
 
+double log_likelihood(const Model& model, const StatesOfPieces& x0,
+                      const std::vector<Record>& pieces, const Propagation& propagation,
+                      const FilterNoise& noise) {
+  InnovationSums all;
+  for (std::size_t e = 0; e < pieces.size(); ++e) {
+    const Setting setting{model, x0[e], pieces[e].samples, propagation, noise};
+    all += with_state_shape(setting, [&](auto shape) {
+      const auto nothing = [](std::size_t, const auto&) {};
+      return filter(setting, shape, nothing, nothing);
+    });
+  }
+  const double found = all.log_likelihood();
+  return std::isnan(found) ? -kInfinite : found;
+}
+
 FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
                             const std::vector<Record>& pieces, const Propagation& propagation,
                             const std::optional<FilterNoise>& near, TorqueNoise torque) {
@@ -559,23 +574,14 @@ FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
   constexpr int kSteps = 6;
   constexpr int kStepsNear = 1;  // whoever begins near will come again
   const auto loss_over = [&](std::size_t most) {
-    std::vector<std::vector<Sample>> parts;
+    std::vector<Record> parts;
     parts.reserve(pieces.size());
     for (const Record& piece : pieces) {
       const auto count = static_cast<std::ptrdiff_t>(std::min(most, piece.samples.size()));
-      parts.emplace_back(piece.samples.begin(), piece.samples.begin() + count);
+      parts.push_back({piece.name, {piece.samples.begin(), piece.samples.begin() + count}});
     }
     return [&, parts = std::move(parts)](const FilterNoise& noise) {
-      InnovationSums all;
-      for (std::size_t e = 0; e < parts.size(); ++e) {
-        const Setting setting{model, x0[e], parts[e], propagation, noise};
-        all += with_state_shape(setting, [&](auto shape) {
-          const auto nothing = [](std::size_t, const auto&) {};
-          return filter(setting, shape, nothing, nothing);
-        });
-      }
-      const double likelihood = all.log_likelihood();
-      return std::isnan(likelihood) ? kInfinite : -likelihood;
+      return -log_likelihood(model, x0, parts, propagation, noise);
     };
   };
   if (near) {

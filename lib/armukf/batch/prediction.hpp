@@ -65,6 +65,13 @@ FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
                             const std::optional<FilterNoise>& near = {},
                             TorqueNoise torque = TorqueNoise::kColoured);
 
+/// Logarithm of the likelihood of all innovations after the first second of each piece, by that
+/// noise, the sensor's deviation the one by which they are likeliest; minus infinity where the
+/// filter runs away.
+double log_likelihood(const Model& model, const StatesOfPieces& x0,
+                      const std::vector<Record>& pieces, const Propagation& propagation,
+                      const FilterNoise& noise);
+
 Prediction predict_ahead(const Model& model, const std::vector<double>& x0,
                          const std::vector<Sample>& samples, const Propagation& propagation,
                          int horizon);

@@ -15,29 +15,25 @@
 namespace armukf {
 namespace {
 
-/// Negative log-likelihood of the records, less for a better model: of the predictions, or as if
-/// the errors of the simulation were white.
+/// Negative log-likelihood of the records, less for a better model: of the predictions by the
+/// likeliest noise, or as if the errors of the simulation were white.
 double loss_of(const Model& model, const std::vector<Record>& pieces,
                const IdentifySettings& settings) {
+  const Propagation& propagation = settings.propagation;
   const bool predicts = settings.criterion == Criterion::kPrediction;
   const InitialChoice choice = predicts ? all_free(model) : settings.initial;
-  double predicted = 0.0;
-  ErrorSums simulated;
-  for (const Record& piece : pieces) {
-    const std::vector<Sample>& samples = piece.samples;
-    const std::vector<double> x0 =
-        fit_initial_states(model, choice, beginning(samples, kBeginning), settings.propagation).x0;
-    if (predicts) {
-      constexpr int kAhead = 1;
-      predicted += predict_ahead(model, x0, samples, settings.propagation, kAhead).log_likelihood;
-    } else {
-      simulated +=
-          error_sums(speeds_of(samples), simulate(model, x0, samples, settings.propagation));
-    }
-  }
-  const double loss = predicts ? -predicted
-                               : 0.5 * static_cast<double>(simulated.count) *
-                                     std::log(mean_square_error(simulated));
+  StatesOfPieces x0;
+  for (const Record& piece : pieces)
+    x0.push_back(
+        fit_initial_states(model, choice, beginning(piece.samples, kBeginning), propagation).x0);
+  if (predicts)
+    return -log_likelihood(model, x0, pieces, propagation,
+                           likeliest_noise(model, x0, pieces, propagation));
+  ErrorSums sums;
+  for (std::size_t e = 0; e < pieces.size(); ++e)
+    sums += error_sums(speeds_of(pieces[e].samples),
+                       simulate(model, x0[e], pieces[e].samples, propagation));
+  const double loss = 0.5 * static_cast<double>(sums.count) * std::log(mean_square_error(sums));
   return std::isnan(loss) ? kInfinite : loss;
 }
 

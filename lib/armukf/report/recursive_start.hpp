@@ -18,7 +18,8 @@ Model recursive_estimate(const Model& start, const EstimatorSettings& estimator,
 
 /// Whether the records are likelier by the estimate than by what a search has found, and not by
 /// chance: simulated, each piece from the free initial states that fit its first tenth; with
-/// Criterion::kPrediction predicted one sample ahead. Not where its values are none of an arm's.
+/// Criterion::kPrediction predicted one sample ahead, each by the noise by which it does so best.
+/// Not where its values are none of an arm's.
 bool explains_better(const Model& estimate, const Model& found, const std::vector<Record>& records,
                      const IdentifySettings& settings);
 
