@@ -54,6 +54,14 @@ TEST(ModelLacks, NothingWhereItIsComplete) {
   EXPECT_FALSE(is_said_to_lack(estimated(published_estimate(), kWholeRecord)));
 }
 
+TEST(ModelLacks, NothingThatCouldBeSaidAfterATenthOfASecond) {
+  const EstimateSummary summary = estimated(published_estimate(), 200);
+  EXPECT_LT(summary.estimate.tally.innovations().ljung_box_p(), 1e-6);
+  EXPECT_FALSE(is_said_to_lack(summary));
+  EXPECT_NE(estimate_text(summary).find("so few seconds tell neither the noise nor"),
+            std::string::npos);
+}
+
 TEST(ModelLacks, NothingThatStartValuesAccountFor) {
   for (const int samples : {2000, 4000, 6000, 9000})
     EXPECT_FALSE(is_said_to_lack(estimated(published_estimate(), samples))) << samples;

@@ -61,13 +61,21 @@ double samples_per_second(const RecursiveEstimate& e) {
 }
 
 /// What a reader must know before trusting the deviations of an estimate that took the noise as it
-/// was told; empty where there is nothing to say.
-std::string caveat(const InnovationStatistics& innovations) {
+/// was told; empty where there is nothing to say. In the first seconds the filter allows for start
+/// values that are far off: then neither colour nor small innovations tell of model or noise.
+std::string caveat(const RecursiveEstimate& e) {
+  const InnovationStatistics& innovations = e.tally.innovations();
   const double nis = innovations.mean_nis();
   if (nis > kMostHonestNis)
     return "  note: the innovations are larger than the filter expects: the deviations above are "
            "too\n"
            "        small. Raise [noise], or look for what the model lacks.\n";
+  if (!e.tally.torques().has_settled())
+    return nis < kLeastHonestNis
+               ? "  note: so few seconds tell neither the noise nor what is missing: the "
+                 "deviations\n"
+                 "        above are a guide.\n"
+               : "";
   if (innovations.ljung_box_p() < kFarFromWhite)
     return "  note: the innovations are not white: something that the model lacks is in them, and "
            "the\n"
@@ -81,7 +89,7 @@ std::string caveat(const InnovationStatistics& innovations) {
 /// The noise that was learnt, and whether there is more than noise.
 std::string noise_text(const RecursiveEstimate& e) {
   const LearntNoise& noise = e.belief.noise;
-  if (!noise.sought) return caveat(e.tally.innovations());
+  if (!noise.sought) return caveat(e);
   std::string text;
   if (noise.known)
     text += fmt::format(
