@@ -12,6 +12,7 @@
 #include <iostream>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "armukf/core/build.hpp"
@@ -53,11 +54,12 @@ bool chooses_command(const CLI::App& program, const std::string& word) {
                              [&](const CLI::App* command) { return command->get_name() == word; });
 }
 
-/// InputError where a word at the front is no record's name, nor an option, and so was to be a
-/// command.
-void check_command(const CLI::App& program, const std::string& word) {
+/// InputError where a word at the front that is no command can neither be a record's name nor an
+/// option, and so was to be a command.
+void check_record(const CLI::App& program, const std::string& word) {
+  std::error_code unknown;  // what cannot be looked up is no record either
   if (word.empty() || word.find_first_of("-./") != std::string::npos) return;
-  if (chooses_command(program, word) || std::filesystem::exists(word)) return;
+  if (std::filesystem::exists(word, unknown)) return;
   std::vector<std::string> names;
   for (const CLI::App* command : program.get_subcommands({})) names.push_back(command->get_name());
   throw InputError(fmt::format("{}: neither a file nor a command; commands are: {}", word,
@@ -66,8 +68,10 @@ void check_command(const CLI::App& program, const std::string& word) {
 
 /// What the user typed, last word first as CLI11 takes it; the default command where none is named.
 std::vector<std::string> reversed_words(const CLI::App& program, std::vector<std::string> words) {
-  if (!words.empty()) check_command(program, words.front());
-  if (words.empty() || !chooses_command(program, words[0])) words.insert(words.begin(), kDefault);
+  if (words.empty() || !chooses_command(program, words[0])) {
+    if (!words.empty()) check_record(program, words[0]);
+    words.insert(words.begin(), kDefault);
+  }
   std::ranges::reverse(words);
   return words;
 }

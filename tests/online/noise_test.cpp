@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <random>
 #include <string>
@@ -136,28 +135,16 @@ TEST(SecondLook, ComesAfterThreeSecondsAndSettlesForOne) {
 /// an arm spring of twice the stiffness and more.
 TEST(SecondLook, LeavesAWrongArmForARival) {
   struct Case {
-    std::map<std::string, double> arm;
+    std::vector<double> arm;  // the unknowns
     ExperimentSettings settings;
   };
-  const std::vector<Case> cases{{{{"a_m", 0.2234},
-                                  {"a_g", 0.7066},
-                                  {"k_g1", 21.43},
-                                  {"k_g3", 27.58},
-                                  {"d_g", 0.02384},
-                                  {"k_a", 10.74},
-                                  {"d_a", 0.003301}},
+  const std::vector<Case> cases{{{0.2234, 0.7066, 21.43, 27.58, 0.02384, 10.74, 0.003301},
                                  {.kind = ExperimentKind::kEstimation,
                                   .seed = 49,
                                   .sensor_noise = 0.144,
                                   .torque_disturbance = 0.3,
                                   .torque_pole = 0.9}},
-                                {{{"a_m", 0.2041},
-                                  {"a_g", 0.7259},
-                                  {"k_g1", 16.02},
-                                  {"k_g3", 21.97},
-                                  {"d_g", 0.02333},
-                                  {"k_a", 12.59},
-                                  {"d_a", 0.002669}},
+                                {{0.2041, 0.7259, 16.02, 21.97, 0.02333, 12.59, 0.002669},
                                  {.kind = ExperimentKind::kValidation2,
                                   .seed = 79,
                                   .sensor_noise = 0.452,
@@ -165,7 +152,8 @@ TEST(SecondLook, LeavesAWrongArmForARival) {
                                   .torque_pole = 0.9}}};
   for (const Case& c : cases) {
     Model truth = published_estimate();
-    for (const auto& [name, value] : c.arm) truth.parameter(name).value = value;
+    for (std::size_t k = 0; k < c.arm.size(); ++k)
+      truth.parameters[truth.unknowns()[k]].value = c.arm[k];
     const RecursiveEstimate found =
         estimate_record(published_arm(), {}, simulate_experiment(truth, c.settings).record.samples);
     EXPECT_NEAR(found.model.parameter("k_a").value / truth.parameter("k_a").value, 1.0, 0.3);
