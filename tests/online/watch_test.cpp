@@ -177,6 +177,27 @@ TEST(Watch, FindsATorqueThatNobodyCommands) {
   expect_found(events_of(record(19.0, published_estimate(), 0.08)), "torque_bias", 0.08);
 }
 
+/// The seconds before it begins are looked at too: what the arm was like is known from them.
+TEST(Watch, FindsWhatChangesRightAfterItBegins) {
+  constexpr double kSoon = 4.6;   // s
+  constexpr double kGiven = 0.8;  // of the torque that is commanded
+  ExperimentSettings experiment;
+  experiment.samples = 14000;
+  experiment.sensor_noise = 0.1;
+  experiment.torque_disturbance = 0.1;
+  Record early = simulate_experiment(published_estimate(), experiment).record;
+  for (Sample& sample : early.samples)
+    if (sample.t >= kSoon) sample.u /= kGiven;
+  const std::vector<Event> events = events_of(early.samples);
+  ASSERT_EQ(events.size(), 2U);
+  EXPECT_LT(events[0].t, kSoon + 0.5);
+  for (const Event& event : events) {
+    EXPECT_EQ(event.what, "torque_gain");
+    EXPECT_NEAR(event.onset, kSoon, 0.01);
+    EXPECT_NEAR(event.to, kGiven - 1.0, 0.01);
+  }
+}
+
 TEST(Watch, KeepsWhatHasNotChanged) {
   const EstimatorSettings settings;
   Session session(published_arm(), settings);
@@ -329,6 +350,41 @@ TEST(ChangeTest, HasTheStatisticOfWhiteInnovations) {
   // and two degrees of freedom; the mean of 300 has a deviation of 0.1.
   EXPECT_GT(sum / kTrials, 0.6);
   EXPECT_LT(sum / kTrials, 2.0);
+}
+
+/// Scores of one signature and of such innovations before `kOnset`, and what follows it.
+double spread_before_onset(const std::function<double(int n)>& innovation) {
+  constexpr double kBeforeS = 4.0;
+  const std::vector<Changeable> what(1, {nullptr, 0, "", "", 1.0, 1.0, 1.0});
+  ChangeRing ring(1);
+  ChangeTest test(1);
+  test.believe(what);
+  for (int n = 0; n * kDt < kBeforeS + 1.0; ++n) {
+    Surprise surprise{.value = n * kDt < kBeforeS ? innovation(n) : 100.0};
+    surprise.signature[0] = 1.0;
+    ring.add(surprise, n * kDt);
+    if (ring.full()) ring.close();
+  }
+  test.look(ring, 0.0, 10.0);
+  return test.spread_before(kBeforeS, 0, ring);
+}
+
+/// White innovations have none; those that are alike for a fifth of a second look like changes by
+/// chance far more often. What has changed since does not count.
+TEST(ChangeTest, TellsHowFarScoresVaryBeforeAnOnset) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  double sum = 0.0;
+  constexpr int kTrials = 50;
+  for (int trial = 0; trial < kTrials; ++trial)
+    sum += spread_before_onset([&](int) { return normal(random); });
+  EXPECT_LT(sum / kTrials, 1.3);
+  double alike = 0.0;
+  EXPECT_GT(spread_before_onset([&](int n) {
+              if (n % 400 == 0) alike = normal(random);
+              return alike;
+            }),
+            20.0);
 }
 
 /// A drift that starts at 0 and the step that comes half a second after it are nearly alike; the

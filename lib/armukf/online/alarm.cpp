@@ -14,6 +14,7 @@ constexpr double kEarly = 2.0;       // times its variance: an early belief is t
 /// At most so large, and so on the stack.
 using SmallMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxParameters, kMaxParameters>;
+using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxParameters, 1>;
 
 }  // namespace
 
@@ -23,44 +24,51 @@ Alarm::Alarm(int n)
       spread_(static_cast<std::size_t>(n), 1.0),
       spread_sum_(static_cast<std::size_t>(n), 0.0) {}
 
-void Alarm::expect(double claim_s, bool complete) {
-  claim_s_ = claim_s;
-  complete_ = complete;
-}
-
 void Alarm::begin(const std::vector<Changeable>& what, const SquareMatrix& covariance,
-                  bool knows_rest) {
+                  std::span<const double> off, double since) {
   const int m = covariance.size();
   bends_of_looks_.fill(0.0);
   looks_ = 0;
-  ring_.restart();
-  if (knows_rest) test_.carry_over(m, kCarried, ring_.past());
+  if (since > -kInfinite) {
+    test_.carry_over(m, kCarried, since, ring_);
+  } else {
+    ring_.restart();
+  }
   const double doubt = complete_ ? 1.0 : kIncomplete;
   if (!complete_) first_.reset();
   test_.believe(what, doubt);
   SmallMatrix relative(m, m);
-  for (int i = 0; i < m; ++i)
+  SmallVector offset = SmallVector::Zero(m);
+  for (int i = 0; i < m; ++i) {
+    if (!off.empty()) offset[i] = off[i] / what[i].usual;
     for (int j = 0; j < m; ++j)
       relative(i, j) = kEarly * doubt * doubt * covariance(i, j) / (what[i].usual * what[j].usual);
+  }
   const SmallMatrix inverse = relative.ldlt().solve(SmallMatrix::Identity(m, m));
-  for (int i = 0; i < m; ++i)
+  const SmallVector pull = inverse * offset;
+  for (int i = 0; i < m; ++i) {
+    ring_.past().b[i] = pull[i];
     for (int j = 0; j < m; ++j) ring_.past().row(i)[j] = inverse(i, j);
+  }
+}
+
+bool Alarm::close(double memory_s) {
+  if (!ring_.close()) return false;
+  ring_.take_left(1.0 - (ring_.left().end - ring_.left().begin) / memory_s);
+  return true;
 }
 
 bool Alarm::look(double memory_s, bool learns) {
-  const bool has_left = ring_.close();
-  if (has_left) {
-    if (learns) learn_spread();
-    ring_.take_left(1.0 - (ring_.left().end - ring_.left().begin) / memory_s);
-  }
+  const bool has_left = close(memory_s);
+  if (has_left && learns) learn_spread();
   if (learns) earliest_ = earliest();
   test_.look(ring_, earliest_, memory_s);
   return has_left;
 }
 
 double Alarm::earliest() const {
+  if (complete_) return least_earliest_;
   const double first = first_.value_or(0.0);
-  if (complete_) return first + claim_s_;
   return std::max(first + claim_s_, 0.5 * (first + last().end));
 }
 

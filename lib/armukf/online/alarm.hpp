@@ -25,14 +25,24 @@ class Alarm {
   Alarm() = default;
   explicit Alarm(int n);
 
-  /// A condition is frozen at t (s) of which the first of `what`, the unknowns, are known by this
-  /// covariance; `knows_rest`: of all else what was known before.
-  void begin(const std::vector<Changeable>& what, const SquareMatrix& covariance, bool knows_rest);
-  /// No change counts that comes within `claim_s` of the first sample: there is hardly a before
-  /// that it could differ from. Of a model that is not complete, nothing is known so well as it
-  /// seems to be, since what it lacks looks like other values; and there must be as long a time
-  /// before a change as after it, to tell what is usual.
-  void expect(double claim_s, bool complete);
+  /// A condition is frozen off which the first of `what`, the unknowns, are by so much (`off`, in
+  /// their units; none: 0) with this covariance, as far as is known without what comes next: the
+  /// samples from `since` (s) on, be it once more. What those before told of all else holds.
+  void begin(const std::vector<Changeable>& what, const SquareMatrix& covariance,
+             std::span<const double> off = {}, double since = -kInfinite);
+  /// No change counts that comes before `earliest` (s): there is hardly a before that it could
+  /// differ from.
+  void expect(double earliest) {
+    complete_ = true;
+    least_earliest_ = earliest;
+  }
+  /// Of a model that is not complete, nothing is known so well as it seems to be, since what it
+  /// lacks looks like other values; and before a change there must be `claim_s`, and as long a time
+  /// as after it, to tell what is usual.
+  void expect_incomplete(double claim_s) {
+    complete_ = false;
+    claim_s_ = claim_s;
+  }
 
   /// Statistics are those of innovations whose variance was learnt from so many others: the square
   /// of Student's t is beyond a threshold as seldom as chi-square is beyond it over this factor
@@ -48,20 +58,31 @@ class Alarm {
     ring_.add(surprise, t);
   }
   void interrupt() { ring_.interrupt(); }
+  /// Closes a step of the ring. What is older than some `memory_s` counts ever less. True where
+  /// something has left the ring for the past.
+  bool close(double memory_s);
   /// Whether a step of the ring is full, to look at.
   bool full() const { return ring_.full(); }
-  /// Looks at it. What is older than some `memory_s` counts ever less, and what takes less to move
-  /// by its usual size hardly drifts; `learns`: nothing seems to
-  /// have changed, so that what is past tells of the spread. True where something has left the ring
-  /// for the past.
+  /// Closes it, and looks. What takes less than `memory_s` to move by its usual size hardly drifts;
+  /// `learns`: nothing seems to have changed, so that what is past tells of the spread.
   bool look(double memory_s, bool learns);
   /// How far predictions bend by now: by as much of a parameter's doubt as the last seconds show.
   /// What they hardly tell bends nothing, however far off it may be.
   void find_bend(const Model& model, const std::vector<Changeable>& what);
 
+  /// By how much more than by chance statistics vary since predictions bend.
+  double bend() const { return bend_; }
+  /// How far off the condition the unknowns are, if nothing else is and nothing has changed, in
+  /// usual sizes.
+  void find_offset(std::span<double> of_unknowns) const { test_.find_offset(of_unknowns); }
+  /// Twice the log of the likelihood ratio of the i-th change, were predictions not bent.
+  double unbent(int i) const { return test_.findings()[i].statistic / spread(i); }
   /// Twice the log of the likelihood ratio of the i-th change.
   double likelihood(int i) const { return test_.findings()[i].statistic / (spread(i) * bend_); }
   int likeliest() const;
+  /// By how much more than by chance the i-th's statistic varies already before its onset, since
+  /// the model lacks something.
+  double spread_before(int i) { return test_.spread_before(test_.findings()[i].onset, i, ring_); }
   /// The same of the likeliest even drift in place of a change.
   double likelihood_of_drift() const;
   /// Mean square of the last step's innovations, less what offsets that there have been explain.
@@ -81,8 +102,8 @@ class Alarm {
 
   template <class Archive>
   void archive(Archive& archive) {
-    archive(earliest_, ring_, test_, bend_, bends_of_looks_, looks_, first_, claim_s_, complete_,
-            least_spread_, spread_weight_);
+    archive(earliest_, ring_, test_, bend_, bends_of_looks_, looks_, first_, claim_s_,
+            least_earliest_, complete_, least_spread_, spread_weight_);
     for (double& v : spread_) archive(v);
     for (double& v : spread_sum_) archive(v);
   }
@@ -101,7 +122,8 @@ class Alarm {
   std::uint64_t looks_ = 0;
   std::optional<double> first_;  // s, of the first sample
   double claim_s_ = 0.0;
-  double earliest_ = 0.0;  // s, onset that is tried; stays while one is being followed
+  double least_earliest_ = 0.0;  // s
+  double earliest_ = 0.0;        // s, onset that is tried; stays while one is being followed
   bool complete_ = true;
   double least_spread_ = 1.0;
 };

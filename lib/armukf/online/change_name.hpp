@@ -18,10 +18,11 @@ struct Hypothesis {
   double left = 0.0;         // sum of squares since the onset, of so many samples
   double samples = 0.0;
   double onset_step = 0.0;  // s, by which another onset is tried next
+  bool given_up = false;    // what is above stays as it is
 
   template <class Archive>
   void archive(Archive& archive) {
-    archive(amount, onset, statistic, information, last_step, left, samples, onset_step);
+    archive(amount, onset, statistic, information, last_step, left, samples, onset_step, given_up);
   }
 };
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,6 +25,7 @@ class ChangeReplay {
   /// Makes room for so many changes: to go over the samples allocates nothing then.
   void reserve(std::size_t changes) {
     trials_.reserve(changes);
+    tried_.reserve(changes);
     sums_.reserve(changes);
     conditions_.reserve(1 + kPredictors * changes);
     bank_.reserve(conditions_.capacity());
@@ -56,38 +58,86 @@ class ChangeReplay {
     const Memory* memory = memory_before(earliest_onset());
     if (memory == nullptr) return;
     conditions_.assign(1, before);
+    tried_.clear();
     for (std::size_t i = 0; i < what.size(); ++i) {
+      if (trials_[i].given_up) continue;
+      tried_.push_back(i);
       const double a = trials_[i].amount;
       const double less = scans_ ? amount_within(*model_, before, what[i], -1.0) : a;
       for (const double amount : {a, scans_ ? 1.0 : a + kProbe, less})
         conditions_.push_back(altered(before, what[i], amount * what[i].usual));
     }
-    sums_.assign(what.size(), {});
+    sums_.assign(tried_.size(), {});
+    bank_.freeze(conditions_, noise, sample_s);
+    bank_.believe(memory->belief);
     go_over(
-        *memory, noise, sample_s, gate, [&](double t) { hold(t); },
-        [&](double e, double t) { add(e, t); });
-    for (std::size_t i = 0; i < what.size(); ++i) {
+        bank_, memory->next, gate, [&](double t) { hold(t); },
+        [&](double e, double t, std::int64_t) { add(e, t); });
+    for (std::size_t k = 0; k < tried_.size(); ++k) {
+      const std::size_t i = tried_[k];
       if (scans_) {
-        choose(trials_[i], sums_[i]);
+        choose(trials_[i], sums_[k]);
       } else {
-        improve(trials_[i], sums_[i]);
+        improve(trials_[i], sums_[k]);
       }
       trials_[i].amount = amount_within(*model_, before, what[i], trials_[i].amount);
     }
     scans_ = false;
   }
 
-  /// What `other` takes from the sum of squares of all samples that can be gone over, had it always
-  /// been so.
-  double gained_by(const Condition& other, const Condition& before, const PredictorNoise& noise,
-                   double sample_s, const OutlierGate& gate) {
+  /// Those whose statistic is less than half the best one, and by more than `behind`, are not gone
+  /// over again.
+  void give_up(double behind) {
+    double best = 0.0;
+    for (const Hypothesis& t : trials_) best = std::max(best, t.statistic);
+    for (Hypothesis& t : trials_)
+      t.given_up = t.given_up || t.statistic < std::min(0.5 * best, best - behind);
+  }
+
+  /// The first time (s) from which on samples can be gone over, if there is one.
+  std::optional<double> earliest() const {
+    const Memory* memory = memory_before(-kInfinite);
+    if (memory == nullptr) return std::nullopt;
+    return kept_[(memory->next - 1) % kKept].t;
+  }
+
+  /// Lets `bank`, just frozen, see all samples that can be gone over, and leaves it where they end.
+  /// It begins with `caution` times the deviations that were believed.
+  /// with(e, t): takes its innovation; true where what it believes then is to be remembered, for
+  /// what was remembered is forgotten: it was another bank's, off by more than that one knew.
+  template <class With>
+  void catch_up(PredictorBank<N>& bank, const OutlierGate& gate, double caution, With with) {
+    const Memory* oldest = memory_before(-kInfinite);
+    if (oldest == nullptr) return;
+    Memory start = *oldest;
+    for (auto& row : start.belief.covariance)
+      for (double& p : row) p *= caution * caution;
+    interrupt();
+    bank.believe(start.belief);
+    go_over(
+        bank, start.next, gate, [](double) {},
+        [&](double e, double t, std::int64_t next) {
+          if (memory_ > 0 && !with(e, t)) return;
+          memories_[memory_ % kMemories] = {next, bank.belief()};
+          ++memory_;
+        });
+  }
+
+  /// What `other` takes from the sum of squares of all samples until then (s) that can be gone
+  /// over, had it always been so.
+  double gained_by(const Condition& other, const Condition& before, double until,
+                   const PredictorNoise& noise, double sample_s, const OutlierGate& gate) {
     const Memory* memory = memory_before(-kInfinite);
     if (memory == nullptr) return 0.0;
     conditions_.assign({before, other});
+    bank_.freeze(conditions_, noise, sample_s);
+    bank_.believe(memory->belief);
     double gained = 0.0;
     go_over(
-        *memory, noise, sample_s, gate, [](double) {},
-        [&](double e, double) { gained += e * e - std::pow(bank_.innovation(1), 2); });
+        bank_, memory->next, gate, [](double) {},
+        [&](double e, double t, std::int64_t) {
+          if (t <= until) gained += e * e - std::pow(bank_.innovation(1), 2);
+        });
     return gained;
   }
 
@@ -131,12 +181,13 @@ class ChangeReplay {
     double samples = 0.0;
   };
 
-  static int first_of(std::size_t change) { return 1 + kPredictors * static_cast<int>(change); }
+  /// The first condition of the k-th that is tried.
+  static int first_of(std::size_t k) { return 1 + kPredictors * static_cast<int>(k); }
 
   double earliest_onset() const {
     double earliest = kInfinite;
     for (const Hypothesis& t : trials_)
-      earliest = std::min(earliest, t.onset - std::max(0.0, -t.onset_step));
+      if (!t.given_up) earliest = std::min(earliest, t.onset - std::max(0.0, -t.onset_step));
     return earliest;
   }
 
@@ -151,46 +202,46 @@ class ChangeReplay {
     return found;
   }
 
-  /// Predicts the samples from a memory on in all conditions. at(t): before each is predicted from
-  /// t (s); with(e, t): after, unless it was an outlier.
+  /// Lets `bank` predict the samples from number `first` on. at(t): before each is predicted from
+  /// t (s); with(e, t, next): after, unless it was an outlier, `next` being the number of the next.
   template <class At, class With>
-  void go_over(const Memory& memory, const PredictorNoise& noise, double sample_s,
-               const OutlierGate& gate, At at, With with) {
-    bank_.freeze(conditions_, noise, sample_s);
-    bank_.believe(memory.belief);
+  void go_over(PredictorBank<N>& bank, std::int64_t first, const OutlierGate& gate, At at,
+               With with) {
     int astray = 0;
     TorqueMemory u;
-    for (std::int64_t k = memory.next - TorqueMemory::kSize; k < memory.next - 1; ++k)
+    for (std::int64_t k = first - TorqueMemory::kSize; k < first - 1; ++k)
       if (k >= 0) u.take(kept_[k % kKept].u);
-    for (std::int64_t k = memory.next; k < next_; ++k) {
+    for (std::int64_t k = first; k < next_; ++k) {
       const Kept& now = kept_[k % kKept];
       const Kept& last = kept_[(k - 1) % kKept];
       u.take(last.u);
       at(last.t);
-      bank_.predict(last.t, now.dt, u);
+      bank.predict(last.t, now.dt, u);
       if (std::isnan(now.y)) continue;
-      const double e = bank_.update(now.t, now.y, gate.width(astray));
-      if (!gate.shuts_out(e, astray)) with(e, now.t);
+      const double e = bank.update(now.t, now.y, gate.width(astray));
+      if (!gate.shuts_out(e, astray)) with(e, now.t, k + 1);
     }
   }
 
   /// Until its onset a machine is what it was.
   void hold(double t) {
-    for (std::size_t i = 0; i < trials_.size(); ++i) {
-      const int first = first_of(i);
-      if (t < trials_[i].onset) {
+    for (std::size_t k = 0; k < tried_.size(); ++k) {
+      const Hypothesis& trial = trials_[tried_[k]];
+      const int first = first_of(k);
+      if (t < trial.onset) {
         bank_.join(first);
         bank_.join(first + 1);
       }
-      if (t < trials_[i].onset + trials_[i].onset_step) bank_.join(first + 2);
+      if (t < trial.onset + trial.onset_step) bank_.join(first + 2);
     }
   }
 
   void add(double e, double t) {
-    for (std::size_t i = 0; i < sums_.size(); ++i) {
-      Sums& s = sums_[i];
-      const int first = first_of(i);
-      if (t > trials_[i].onset) {
+    for (std::size_t k = 0; k < tried_.size(); ++k) {
+      Sums& s = sums_[k];
+      const Hypothesis& trial = trials_[tried_[k]];
+      const int first = first_of(k);
+      if (t > trial.onset) {
         const double own = bank_.innovation(first);
         const double probe = bank_.innovation(first + 1);
         s.gained += e * e - own * own;
@@ -201,7 +252,7 @@ class ChangeReplay {
         s.left += own * own;
         s.samples += 1.0;
       }
-      if (t > trials_[i].onset + trials_[i].onset_step) {
+      if (t > trial.onset + trial.onset_step) {
         const double other = bank_.innovation(first + 2);
         s.gained_other += e * e - other * other;
       }
@@ -243,8 +294,9 @@ class ChangeReplay {
   std::int64_t memory_ = 0;
   std::vector<Condition> conditions_;
   std::vector<Hypothesis> trials_;
-  bool scans_ = false;  // whether the next pass looks where to begin
-  std::vector<Sums> sums_;
+  bool scans_ = false;              // whether the next pass looks where to begin
+  std::vector<std::size_t> tried_;  // those not given up
+  std::vector<Sums> sums_;          // of them
 };
 
 }  // namespace armukf

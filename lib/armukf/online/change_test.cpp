@@ -46,21 +46,26 @@ void ChangeTest::believe(const std::vector<Changeable>& what, double times) {
   }
 }
 
-void ChangeTest::gather(const ChangeRing& ring) {
+void ChangeTest::gather(const ChangeRing& ring, double until) {
   all_.clear();
   all_.add(ring.past());
-  for (int i = 0; i < ring.size(); ++i) all_.add(ring.step(i));
+  for (int i = 0; i < ring.size() && ring.step(i).end <= until; ++i) all_.add(ring.step(i));
   for (int i = 0; i < n_; ++i) all_.row(i)[i] += precision_[i];
-  if (!factor(all_)) return;
-  for (int i = 0; i < n_; ++i) {
+  if (factor(all_)) find_offset(std::span(theta_).first(n_));
+}
+
+/// The root's first rows are the root of that part.
+void ChangeTest::find_offset(std::span<double> offset) const {
+  const int n = static_cast<int>(offset.size());
+  for (int i = 0; i < n; ++i) {
     double sum = all_.b[i];
-    for (int k = 0; k < i; ++k) sum -= all_.row(i)[k] * theta_[k];
-    theta_[i] = sum / all_.row(i)[i];
+    for (int k = 0; k < i; ++k) sum -= all_.row(i)[k] * offset[k];
+    offset[i] = sum / all_.row(i)[i];
   }
-  for (int i = n_ - 1; i >= 0; --i) {
-    double sum = theta_[i];
-    for (int k = i + 1; k < n_; ++k) sum -= all_.row(k)[i] * theta_[k];
-    theta_[i] = sum / all_.row(i)[i];
+  for (int i = n - 1; i >= 0; --i) {
+    double sum = offset[i];
+    for (int k = i + 1; k < n; ++k) sum -= all_.row(k)[i] * offset[k];
+    offset[i] = sum / all_.row(i)[i];
   }
 }
 
@@ -140,8 +145,33 @@ void ChangeTest::look(const ChangeRing& ring, double earliest, double drift_s) {
   }
 }
 
+double ChangeTest::spread_before(double onset, int i, const ChangeRing& ring) {
+  constexpr double kStretchS = 0.4;
+  constexpr double kPrior = 4.0;  // stretches
+  gather(ring, onset);
+  double sum = kPrior;
+  double count = kPrior;
+  after_.clear();
+  for (int s = 0; s < ring.size() && ring.step(s).end <= onset; ++s) {
+    after_.add(ring.step(s));
+    if (after_.end - after_.begin < kStretchS) continue;
+    double score = after_.b[i];
+    for (int k = 0; k < n_; ++k) score -= after_.row(i)[k] * theta_[k];
+    if (const double information = after_.row(i)[i]; information > kLeastInformation) {
+      sum += score * score / information;
+      count += 1.0;
+    }
+    after_.clear();
+  }
+  gather(ring);
+  return std::max(1.0, sum / count);
+}
+
 /// Schur's complement of the information is the product of the root's last rows.
-void ChangeTest::carry_over(int first, double weight, ChangeSums& to) const {
+void ChangeTest::carry_over(int first, double weight, double until, ChangeRing& ring) {
+  gather(ring, until);
+  ring.restart();
+  ChangeSums& to = ring.past();
   for (int i = first; i < n_; ++i) {
     to.b[i] = precision_[i] * theta_[i];
     for (int j = first; j < n_; ++j) {

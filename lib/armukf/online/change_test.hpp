@@ -1,7 +1,9 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
+#include "armukf/core/constants.hpp"
 #include "armukf/online/change_ring.hpp"
 
 namespace armukf {
@@ -46,10 +48,16 @@ class ChangeTest {
   /// deviation.
   const std::vector<double>& offset() const { return theta_; }
   double offset_sd(int i) const;
+  /// The same of the first ones alone, all others being as they were frozen.
+  void find_offset(std::span<double> offset) const;
 
-  /// All that the samples said of the changes from `first` on, as sums, `weight` times: for a past
-  /// of which nothing else shall hold.
-  void carry_over(int first, double weight, ChangeSums& to) const;
+  /// By how much more than white innovations' the scores of the i-th, of stretches that lie before
+  /// `onset` (s), vary about what these stretches tell.
+  double spread_before(double onset, int i, const ChangeRing& ring);
+
+  /// Of the ring's samples nothing holds any more but what those before `until` (s) said of the
+  /// changes from `first` on, `weight` times.
+  void carry_over(int first, double weight, double until, ChangeRing& ring);
 
   /// What the last seconds would tell of a change at their begin, of each (1 over its variance).
   static constexpr double kRecentS = 3.0;
@@ -65,7 +73,7 @@ class ChangeTest {
   }
 
  private:
-  void gather(const ChangeRing& ring);
+  void gather(const ChangeRing& ring, double until = kInfinite);
   void look_at_drifts(const ChangeRing& ring, double drift_s);
   void solve_rows(const ChangeSums& sums);  // work_ = L^-1 G
   void score(const ChangeSums& sums);       // what its score and information leave

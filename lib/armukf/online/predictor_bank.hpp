@@ -109,6 +109,9 @@ class PredictorBank {
   /// The states are believed to be these (the model's), with these deviations, or with large ones
   /// where there are none; the noises anything.
   void start(std::span<const double> x, std::span<const double> sd = {}) {
+    believe(starting(x, sd));
+  }
+  Belief starting(std::span<const double> x, std::span<const double> sd = {}) const {
     Belief belief;
     std::copy_n(x.begin(), states(), belief.mean.begin());
     for (int i = 0; i < states(); ++i) {
@@ -117,7 +120,7 @@ class PredictorBank {
     }
     belief.covariance[torque_row()][torque_row()] = noise_.torque.sd * noise_.torque.sd;
     belief.covariance[sensor_row()][sensor_row()] = noise_.sensor.sd * noise_.sensor.sd;
-    believe(belief);
+    return belief;
   }
 
   /// Moves all over dt (s) from t (s since the first sample) under the torques u that were

@@ -7,6 +7,6 @@
 namespace armukf {
 
 inline constexpr Seal kSessionSeal{"armukf_s", 6};
-inline constexpr Seal kTrackSeal{"armukf_t", 6};
+inline constexpr Seal kTrackSeal{"armukf_t", 7};
 
 }  // namespace armukf

@@ -1,5 +1,6 @@
 #include "armukf/online/watch.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <variant>
@@ -25,6 +26,8 @@ std::span<const Event> Watch::State::see(Session& session, const Sample& sample,
     follow(sample, estimate, dt, broken);
     if (alarm.full()) look(session);
     if (std::exchange(has_moved_on, false)) start_from(estimate);
+  } else {
+    keep_for_begin(sample, estimate, dt, broken);
   }
   if (std::isfinite(sample.u)) last_u = sample.u;
   torques.take(last_u);
@@ -32,13 +35,25 @@ std::span<const Event> Watch::State::see(Session& session, const Sample& sample,
 }
 
 void Watch::State::begin(const Session& session) {
+  constexpr double kUnsure = 10.0;  // usual sizes: hardly anything is known beforehand
   history.fill(session, watched);
   worn = latest = history.before(watched);
   what = changeables(model, condition);
+  unsure = latest;
+  unsure.t = 0.0;
+  for (int i = 0; i < unsure.belief.covariance.size(); ++i) {
+    for (int j = 0; j < i; ++j)
+      unsure.belief.covariance(i, j) = unsure.belief.covariance(j, i) = 0.0;
+    unsure.belief.covariance(i, i) = std::pow(kUnsure * what[i].usual, 2);
+  }
   alarm = Alarm(count());
-  alarm.expect(watch.claim_s, session.noise().known);
+  if (session.noise().known) {
+    alarm.expect(std::max(watch.begin_s + watch.claim_s, watched));
+  } else {
+    alarm.expect_incomplete(watch.claim_s);
+  }
   wear = Wear(count());
-  freeze(history.before(watched), condition, false);
+  look_again_from(latest);
   filter = StepFilter(1 + count(), sample_s);
 }
 
@@ -52,9 +67,11 @@ void Watch::State::look(Session& session) {
   alarm.find_bend(model, what);
   const bool surged = has_surged();
   const int best = alarm.likeliest();
-  const bool claims = watched >= watch.begin_s + watch.claim_s;
-  if (claims && alarm.likelihood(best) > watch.threshold && is_beyond_drift(best))
+  const bool claims = watched >= std::max(watch.begin_s + watch.claim_s, try_again_at);
+  if (claims && is_beyond_chance(best)) {
+    if (is_still_learning(session, alarm.unbent(best))) return;
     return begin_trials(session, best);
+  }
   if (claims && surged) {
     if (has_learnt_surge(session)) return begin_anew();
     tell_unnamed(session);
@@ -75,16 +92,22 @@ void Watch::State::look(Session& session) {
   // told.
   constexpr double kJustBegunS = 3.0;
   const bool undecided = is_beyond_drift(best) || watched - alarm.finding(best).onset < kJustBegunS;
-  if (alarm.likelihood(best) > kQuiet * watch.threshold && undecided) return;
-  if (has_moved(ago)) move_on(ago);
+  const bool looks_again = knows_noise && watched < watch.trend_s;
+  if (!looks_again && alarm.likelihood(best) > kQuiet * watch.threshold && undecided) return;
+  if (!has_moved(ago)) return;
+  if (!looks_again) return move_on(ago);
+  if (gained_by(with(ago.values), condition) > 0.0) look_again_from(ago);
 }
 
 /// What was frozen goes first: the rest is sized by it.
 template <class Archive>
 void Watch::State::archive(Archive& archive) {
   archive(last_t, last_u, torques, clock_offset, watched, told_events, restlessness, last_event,
-          frozen_at);
-  if (!has_begun()) return;
+          kept_at, frozen_at);
+  if (!has_begun()) {
+    std::visit([&](auto& o) { archive(o.replay); }, observer);
+    return;
+  }
   archive(condition, noise, knows_noise, sample_s, refreeze_at, follow_at);
   if constexpr (Archive::kLoads) {
     if (!(sample_s > 0.0)) throw InputError("has no sample time");
@@ -93,11 +116,12 @@ void Watch::State::archive(Archive& archive) {
     wear = Wear(count());
     set_up_bank();
     history.fill(Session(model, settings), 0.0);
-    worn = latest = history.before(0.0);
+    unsure = worn = latest = history.before(0.0);
     filter = StepFilter(1 + count(), sample_s);
   }
   archive(power, filter, misfit, alarm, surge, wear, quiet_until, astray, running, before, alarm_at,
-          alarm_onset, passes, told, history);
+          alarm_onset, alarm_spread, passes, told, wait, try_again_at, wear_taken_until, history);
+  unsure.archive(archive);
   std::visit(
       [&](auto& o) {
         archive(o.bank, o.replay);

@@ -65,6 +65,8 @@ struct Event {
 ///
 /// A bank of predictors with the session's parameters, frozen, runs beside it (PredictorBank);
 /// Alarm tells whether their innovations are still white, ChangeReplay what it is that has changed.
+/// Until some seconds have been watched, and wherever predictions bend while something seems to
+/// have changed, predictors that are frozen anew go over the last seconds once more.
 /// Where the noise could not be learnt the model lacks something: what that leaves is made white by
 /// what the last seconds foretell of it (ForetellingLearner), and a change has the name and the
 /// size that the alarm finds. Memory and time per sample are constant, apart from the second after

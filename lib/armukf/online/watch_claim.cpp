@@ -9,14 +9,22 @@
 namespace armukf {
 namespace {
 
-constexpr double kMostLearnt = 0.5;  // of what seems to be a change
+constexpr double kMostLearnt = 0.5;  // of what a change, or another one, would have to explain
 
 }  // namespace
+
+/// Whether the i-th change explains more than chance would, as far as the innovations before it
+/// vary, and than an even drift.
+bool Watch::State::is_beyond_chance(int i) {
+  if (!(alarm.unbent(i) > watch.threshold) || !is_beyond_drift(i)) return false;
+  alarm_spread = alarm.spread_before(i);
+  return alarm.unbent(i) > watch.threshold * alarm_spread;
+}
 
 /// Whether a change explains what an even drift does not.
 bool Watch::State::is_beyond_drift(int i) const {
   constexpr double kBeyondDrift = 9.0;  // three deviations, squared
-  return alarm.likelihood(i) > alarm.likelihood_of_drift() + kBeyondDrift;
+  return alarm.unbent(i) > alarm.likelihood_of_drift() * alarm.bend() + kBeyondDrift;
 }
 
 /// Whether the innovations have grown. A model that lacks something anyway has no usual size of
@@ -53,6 +61,8 @@ void Watch::State::begin_trials(Session& session, int best) {
   before = condition;
   std::ranges::copy(history.before(alarm_onset - kJustBefore).values, before.parameters.begin());
   if (!knows_noise) return go_on_trying(session);
+  // What is frozen since may be better, even of the time before.
+  if (gained_by(condition, before, alarm_onset) > 0.0) before = condition;
   std::array<double, kMostChangeables> amounts{};
   for (int i = 0; i < count(); ++i) amounts[i] = std::clamp(alarm.finding(i).amount, -1.0, 1.0);
   std::visit([&](auto& o) { o.replay.begin(alarm_onset, std::span(amounts).first(what.size())); },
@@ -102,37 +112,27 @@ bool Watch::State::has_met_another() const {
          alarm.finding(best).onset > alarm_onset + kLater;
 }
 
-/// What the session's parameters, had they held all the while, take from the sum of squares of the
-/// last seconds, those before a change as well as those after it: much of it is what has been
-/// learnt, where what was frozen is too far off for what is proportional to that.
-double Watch::State::gained_by_learning(const Session& session, const Condition& frozen) {
-  session.remember(latest.values, latest.belief);
-  Condition learnt = frozen;
-  std::ranges::copy(latest.values, learnt.parameters.begin());
-  return std::visit(
-      [&](auto& o) { return o.replay.gained_by(learnt, frozen, noise, sample_s, gate()); },
-      observer);
-}
-
-/// Whether the session has learnt most of what has made the innovations grow.
+/// Whether what has made the innovations grow is mostly what has been learnt, where what was frozen
+/// is too far off for what is proportional to that.
 bool Watch::State::has_learnt_surge(const Session& session) {
   const double grown = (surge.lately() - surge.usual()) * Surge::kLatelyS / sample_s;
-  return gained_by_learning(session, condition) > kMostLearnt * grown;
+  return find_constant(session) > kMostLearnt * grown;
 }
 
-/// Whether the session has learnt what seems to be that change, or most of it: a change is less
-/// than half explained by what would have to have held before it as well.
+/// Whether what seems to be that change is nearly as well explained by what would have to have held
+/// before it as well.
 bool Watch::State::has_learnt(const Session& session, const TriedChange& found) {
   if (!knows_noise) return false;
-  const double learnt = gained_by_learning(session, before);
-  return found.trial.statistic - learnt < watch.threshold * found.spread ||
-         learnt > kMostLearnt * found.trial.statistic;
+  const double still_gained = find_constant(session);
+  const double beyond = found.trial.statistic - gained_by(with(latest.values), before);
+  return beyond < watch.threshold * std::max(found.spread, alarm_spread) ||
+         still_gained > kMostLearnt * beyond;
 }
 
 /// From what the session believes by now.
 void Watch::State::begin_anew() {
   calm();
-  move_on(latest);
+  look_again_from(latest);
 }
 
 /// Goes over the last samples once more. An alarm that they do not bear out is none.
@@ -140,9 +140,12 @@ void Watch::State::go_on_trying(Session& session) {
   if (!told && has_met_another()) return begin_trials(session, alarm.likeliest());
   constexpr int kPassesAtOnce = 6;  // as long as there are few samples
   constexpr int kFewestPasses = 18;
+  constexpr double kHopeless = 3.0;  // thresholds behind the best
   if (knows_noise) {
     for (int i = 0; i < (told ? 1 : kPassesAtOnce); ++i, ++passes)
       std::visit([&](auto& o) { o.replay.pass(before, what, noise, sample_s, gate()); }, observer);
+    if (passes < kFewestPasses - kPassesAtOnce) return;
+    std::visit([&](auto& o) { o.replay.give_up(kHopeless * watch.threshold); }, observer);
     if (passes < kFewestPasses) return;
   }
   const TriedChanges all = tried();
@@ -203,7 +206,8 @@ void Watch::State::tell(Session& session, const TriedChanges& tried, int best) {
   }
   history.fill(accepted);
   if (wear.has_begun()) wear.jump(what, best, found.trial.onset, before, now);
-  freeze(accepted, now, false);
+  freeze(accepted, now);
+  alarm.begin(what, accepted.belief.covariance);
   if (!knows_noise) alarm.know_nothing_of(best);
   running = false;  // the states were those of a machine that is no more
   calm();
@@ -215,7 +219,13 @@ void Watch::State::count_event() {
   last_event = watched;
 }
 
+/// What has been tried for nothing is tried again the later, the more often it was.
 void Watch::State::calm() {
+  constexpr double kLeastWaitS = 0.3;
+  constexpr double kMostWaitS = 1.5;
+  if (told || watched > try_again_at + kMostWaitS) wait = 0.0;
+  wait = std::clamp(2.0 * wait, kLeastWaitS, kMostWaitS);
+  try_again_at = watched + wait;
   alarm_at = -1.0;
   told = false;
   surge.forget_latest();

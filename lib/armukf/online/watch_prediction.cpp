@@ -41,9 +41,31 @@ void Watch::State::follow(const Sample& sample, const Estimate& estimate, double
         surprise.value = o.bank.update(watched, sample.y, gate().width(astray));
         const bool out = gate().shuts_out(surprise.value, astray);
         if (out || watched < quiet_until) return;
-        for (int i = 0; i < count(); ++i)
-          surprise.signature[i] = (surprise.value - o.bank.innovation(1 + i)) / probe_of(what[i]);
+        surprise_by(o.bank, surprise.value);
         take_surprise();
+      },
+      observer);
+}
+
+/// The predictors' innovations, of which the first is `value`.
+template <int N>
+void Watch::State::surprise_by(const PredictorBank<N>& bank, double value) {
+  surprise.value = value;
+  for (int i = 0; i < count(); ++i)
+    surprise.signature[i] = (value - bank.innovation(1 + i)) / probe_of(what[i]);
+}
+
+/// Before it begins: what it will go over then, from the states that the session believes by now.
+void Watch::State::keep_for_begin(const Sample& sample, const Estimate& estimate, double dt,
+                                  bool broken) {
+  const std::size_t n = model.states.size();
+  std::visit(
+      [&](auto& o) {
+        if (broken) o.replay.interrupt();
+        o.replay.keep(watched, dt, std::isfinite(sample.u) ? sample.u : last_u, sample.y);
+        if (!broken && watched < kept_at + ChangeRing::kStepS) return;
+        kept_at = watched;
+        o.replay.remember(o.bank.starting(estimate.values.first(n), estimate.deviations.first(n)));
       },
       observer);
 }
@@ -59,6 +81,24 @@ void Watch::State::start_from(const Estimate& estimate) {
         o.bank.start(estimate.values.first(n), std::span(sd).first(n));
         o.replay.interrupt();
         o.replay.remember(o.bank.belief());
+      },
+      observer);
+}
+
+/// Predictors that have just been frozen go over what is kept, and the alarm looks at it.
+void Watch::State::catch_up() {
+  astray = 0;
+  running = true;
+  std::visit(
+      [&](auto& o) {
+        quiet_until = *o.replay.earliest() + kRunInS;
+        o.replay.catch_up(o.bank, gate(), kStartCaution, [&](double value, double t) {
+          surprise_by(o.bank, value);
+          if (t >= quiet_until) alarm.add(surprise, t);
+          if (!alarm.full()) return false;
+          alarm.close(watch.memory_s);
+          return true;
+        });
       },
       observer);
 }

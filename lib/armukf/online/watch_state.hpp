@@ -48,9 +48,20 @@ struct Watch::State {
   std::span<const Event> see(Session& session, const Sample& sample, const Estimate& estimate);
   void begin(const Session& session);
   void follow(const Sample& sample, const Estimate& estimate, double dt, bool broken);
+  void keep_for_begin(const Sample& sample, const Estimate& estimate, double dt, bool broken);
+  void catch_up();
+  void look_again_from(const PastBelief& to);
   void start_from(const Estimate& estimate);
+  template <int N>
+  void surprise_by(const PredictorBank<N>& bank, double value);
   void take_surprise();
-  void freeze(const PastBelief& from, const Condition& at, bool knows_rest);
+  void freeze(const PastBelief& from, const Condition& at);
+  bool is_bent() const;
+  double find_constant(const Session& session);
+  bool is_still_learning(const Session& session, double found);
+  Condition with(std::span<const double> parameters) const;
+  double gained_by(const Condition& other, const Condition& than, double until = kInfinite);
+  bool will_know_noise(const PastBelief& from) const;
   void move_on(const PastBelief& to);
   void set_up_bank();
   PredictorNoise noise_of_incomplete_model() const;
@@ -65,6 +76,7 @@ struct Watch::State {
   void doubt_bent(const Wear& in, double threshold, std::span<FoundWear> found) const;
   Condition worn_by(std::span<const FoundWear> found) const;
   void look(Session& session);
+  bool is_beyond_chance(int i);
   bool is_beyond_drift(int i) const;
   bool has_surged();
   void take_wear(Wear& to, const ChangeSums& sums) const;
@@ -75,7 +87,6 @@ struct Watch::State {
   void begin_trials(Session& session, int best);
   bool has_met_another() const;
   void go_on_trying(Session& session);
-  double gained_by_learning(const Session& session, const Condition& frozen);
   bool has_learnt(const Session& session, const TriedChange& found);
   bool has_learnt_surge(const Session& session);
   void begin_anew();
@@ -117,10 +128,12 @@ struct Watch::State {
   Alarm alarm;
   Surge surge;
   Wear wear;
+  double wear_taken_until = 0.0;  // s, watched: what is looked at once more counts once
   // The clock.
   TorqueMemory torques;
   std::optional<double> last_t;  // s, samples'
   double last_u = 0.0;
+  double kept_at = 0.0;       // s, watched: what was believed of the states, before it began
   double clock_offset = 0.0;  // s, from `watched` to the samples' clock
   double watched = 0.0;       // s
   double quiet_until = 0.0;
@@ -131,10 +144,14 @@ struct Watch::State {
   Condition before;  // as best known
   double alarm_at = -1.0;
   double alarm_onset = 0.0;
+  double alarm_spread = 1.0;  // of what raised it, before its onset
   int passes = 0;
   bool told = false;
+  double wait = 0.0;          // s, after what was tried and is none, until
+  double try_again_at = 0.0;  // s, watched
 
   BeliefHistory history;
+  PastBelief unsure;  // of the time before it began
   PastBelief worn;
   PastBelief latest;  // when it was last asked what has been learnt
   std::vector<Event> events;

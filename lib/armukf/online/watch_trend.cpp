@@ -10,7 +10,7 @@ namespace armukf {
 
 /// Takes sums that the condition was frozen for. How far off that was, the session knows by now.
 void Watch::State::take_wear(Wear& to, const ChangeSums& sums) const {
-  if (sums.begin < watch.trend_s) return;
+  if (sums.begin < std::max(watch.trend_s, wear_taken_until)) return;
   if (!to.has_begun()) to.begin(what, condition);
   Condition believed = condition;
   std::ranges::copy(history.before(watched).values, believed.parameters.begin());
@@ -75,7 +75,8 @@ bool Watch::State::follow_wear(Session& session) {
   loosen(worn.belief, Wear::kBlockS);
   session.believe(worn.values, worn.belief, now);
   history.fill(worn);
-  freeze(worn, now, false);
+  freeze(worn, now);
+  alarm.begin(what, worn.belief.covariance);
   return true;
 }
 
