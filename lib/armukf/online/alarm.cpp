@@ -73,19 +73,13 @@ double Alarm::earliest() const {
 }
 
 void Alarm::learn_spread() {
-  constexpr double kPrior = 4.0;  // stretches
-  constexpr double kLeastInformation = 1e-3;
+  constexpr double kPrior = ChangeTest::kPriorStretches;
   constexpr double kMost = 25.0;  // of the spread: an outlier counts no more
   const ChangeSums& left = ring_.left();
-  const auto& theta = test_.offset();
-  const int n = left.n;
   spread_weight_ += 1.0;
-  for (int i = 0; i < n; ++i) {
-    double score = left.b[i];
-    for (int k = 0; k < n; ++k) score -= left.row(i)[k] * theta[k];
-    const double information = left.row(i)[i];
-    if (information > kLeastInformation)
-      spread_sum_[i] += std::min(score * score / information, kMost * spread_[i]);
+  for (int i = 0; i < left.n; ++i) {
+    if (const std::optional<double> square = test_.square_of_score(i, left))
+      spread_sum_[i] += std::min(*square, kMost * spread_[i]);
     spread_[i] = std::max(1.0, (kPrior + spread_sum_[i]) / (kPrior + spread_weight_));
   }
 }

@@ -37,10 +37,7 @@ class ChangeReplay {
     ++next_;
   }
   /// What is believed after the last sample.
-  void remember(const typename PredictorBank<N>::Belief& belief) {
-    memories_[memory_ % kMemories] = {next_, belief};
-    ++memory_;
-  }
+  void remember(const typename PredictorBank<N>::Belief& belief) { remember(belief, next_); }
   /// What came before does not hang together with what comes.
   void interrupt() { memory_ = 0; }
 
@@ -68,8 +65,7 @@ class ChangeReplay {
         conditions_.push_back(altered(before, what[i], amount * what[i].usual));
     }
     sums_.assign(tried_.size(), {});
-    bank_.freeze(conditions_, noise, sample_s);
-    bank_.believe(memory->belief);
+    set_up_bank(*memory, noise, sample_s);
     go_over(
         bank_, memory->next, gate, [&](double t) { hold(t); },
         [&](double e, double t, std::int64_t) { add(e, t); });
@@ -118,8 +114,7 @@ class ChangeReplay {
         bank, start.next, gate, [](double) {},
         [&](double e, double t, std::int64_t next) {
           if (memory_ > 0 && !with(e, t)) return;
-          memories_[memory_ % kMemories] = {next, bank.belief()};
-          ++memory_;
+          remember(bank.belief(), next);
         });
   }
 
@@ -130,8 +125,7 @@ class ChangeReplay {
     const Memory* memory = memory_before(-kInfinite);
     if (memory == nullptr) return 0.0;
     conditions_.assign({before, other});
-    bank_.freeze(conditions_, noise, sample_s);
-    bank_.believe(memory->belief);
+    set_up_bank(*memory, noise, sample_s);
     double gained = 0.0;
     go_over(
         bank_, memory->next, gate, [](double) {},
@@ -200,6 +194,18 @@ class ChangeReplay {
       if (found == nullptr || kept_[(m.next - 1) % kKept].t <= t) found = &m;
     }
     return found;
+  }
+
+  /// The same of what was believed before sample number `next`.
+  void remember(const typename PredictorBank<N>::Belief& belief, std::int64_t next) {
+    memories_[memory_ % kMemories] = {next, belief};
+    ++memory_;
+  }
+
+  /// The bank that goes over them, in all conditions, at a memory.
+  void set_up_bank(const Memory& memory, const PredictorNoise& noise, double sample_s) {
+    bank_.freeze(conditions_, noise, sample_s);
+    bank_.believe(memory.belief);
   }
 
   /// Lets `bank` predict the samples from number `first` on. at(t): before each is predicted from

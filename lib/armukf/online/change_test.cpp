@@ -145,20 +145,25 @@ void ChangeTest::look(const ChangeRing& ring, double earliest, double drift_s) {
   }
 }
 
+std::optional<double> ChangeTest::square_of_score(int i, const ChangeSums& stretch) const {
+  double score = stretch.b[i];
+  for (int k = 0; k < n_; ++k) score -= stretch.row(i)[k] * theta_[k];
+  const double information = stretch.row(i)[i];
+  if (!(information > kLeastInformation)) return std::nullopt;
+  return score * score / information;
+}
+
 double ChangeTest::spread_before(double onset, int i, const ChangeRing& ring) {
   constexpr double kStretchS = 0.4;
-  constexpr double kPrior = 4.0;  // stretches
   gather(ring, onset);
-  double sum = kPrior;
-  double count = kPrior;
+  double sum = kPriorStretches;
+  double count = kPriorStretches;
   after_.clear();
   for (int s = 0; s < ring.size() && ring.step(s).end <= onset; ++s) {
     after_.add(ring.step(s));
     if (after_.end - after_.begin < kStretchS) continue;
-    double score = after_.b[i];
-    for (int k = 0; k < n_; ++k) score -= after_.row(i)[k] * theta_[k];
-    if (const double information = after_.row(i)[i]; information > kLeastInformation) {
-      sum += score * score / information;
+    if (const std::optional<double> square = square_of_score(i, after_)) {
+      sum += *square;
       count += 1.0;
     }
     after_.clear();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -51,6 +52,11 @@ class ChangeTest {
   /// The same of the first ones alone, all others being as they were frozen.
   void find_offset(std::span<double> offset) const;
 
+  /// Square of a stretch's i-th score over its information: chi-square of one degree of freedom
+  /// where innovations are white; none where the stretch tells nothing of it.
+  std::optional<double> square_of_score(int i, const ChangeSums& stretch) const;
+  /// That the mean of such squares be 1 counts as much beforehand as so many of them.
+  static constexpr double kPriorStretches = 4.0;
   /// By how much more than white innovations' the scores of the i-th, of stretches that lie before
   /// `onset` (s), vary about what these stretches tell.
   double spread_before(double onset, int i, const ChangeRing& ring);

@@ -106,11 +106,8 @@ class PredictorBank {
     for (int lane = 0; lane < pack_count_ * kPackWidth; ++lane) place(lane, belief_.mean);
   }
 
-  /// The states are believed to be these (the model's), with these deviations, or with large ones
-  /// where there are none; the noises anything.
-  void start(std::span<const double> x, std::span<const double> sd = {}) {
-    believe(starting(x, sd));
-  }
+  /// That the states are these (the model's), with these deviations, or with large ones where there
+  /// are none; the noises anything.
   Belief starting(std::span<const double> x, std::span<const double> sd = {}) const {
     Belief belief;
     std::copy_n(x.begin(), states(), belief.mean.begin());
@@ -121,6 +118,10 @@ class PredictorBank {
     belief.covariance[torque_row()][torque_row()] = noise_.torque.sd * noise_.torque.sd;
     belief.covariance[sensor_row()][sensor_row()] = noise_.sensor.sd * noise_.sensor.sd;
     return belief;
+  }
+  /// All filters start with that.
+  void start(std::span<const double> x, std::span<const double> sd = {}) {
+    believe(starting(x, sd));
   }
 
   /// Moves all over dt (s) from t (s since the first sample) under the torques u that were

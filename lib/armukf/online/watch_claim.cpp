@@ -58,8 +58,7 @@ void Watch::State::begin_trials(Session& session, int best) {
   alarm_at = watched;
   alarm_onset = alarm.finding(best).onset;
   passes = 0;
-  before = condition;
-  std::ranges::copy(history.before(alarm_onset - kJustBefore).values, before.parameters.begin());
+  before = with(history.before(alarm_onset - kJustBefore).values);
   if (!knows_noise) return go_on_trying(session);
   // What is frozen since may be better, even of the time before.
   if (gained_by(condition, before, alarm_onset) > 0.0) before = condition;

@@ -65,7 +65,7 @@ void Watch::State::look_again_from(const PastBelief& to) {
   for (int i = 0; i < unknowns; ++i)
     off[i] = known.values[what[i].parameter] - condition.parameters[what[i].parameter];
   alarm.begin(what, known.belief.covariance, std::span(off).first(unknowns), *since);
-  catch_up();
+  catch_up(*since);
 }
 
 /// What `other` takes from the sum of squares of the last seconds until then (s), had it held all
@@ -84,10 +84,6 @@ double Watch::State::find_constant(const Session& session) {
   session.remember(latest.values, latest.belief);
   latest.t = watched;
   double most = gained_by(with(latest.values), condition);
-  std::array<double, kMaxParameters> offset;
-  int unknowns = 0;
-  while (unknowns < count() && is_unknown(unknowns)) ++unknowns;
-  alarm.find_offset(std::span(offset).first(unknowns));
   const auto take = [&](const Condition& better) {
     std::copy_n(better.parameters.begin(), latest.values.size(), latest.values.begin());
   };
@@ -96,6 +92,9 @@ double Watch::State::find_constant(const Session& session) {
     take(condition);
   }
   if (!is_bent()) return most;
+  const int unknowns = latest.belief.covariance.size();
+  std::array<double, kMaxParameters> offset;
+  alarm.find_offset(std::span(offset).first(unknowns));
   for (const double part : {1.0, 0.5, 0.25}) {
     Condition stepped = condition;
     for (int i = 0; i < unknowns; ++i)

@@ -38,10 +38,10 @@ void Watch::State::follow(const Sample& sample, const Estimate& estimate, double
         }
         o.replay.keep(watched, dt, std::isfinite(sample.u) ? sample.u : last_u, sample.y);
         if (std::isnan(sample.y)) return;
-        surprise.value = o.bank.update(watched, sample.y, gate().width(astray));
-        const bool out = gate().shuts_out(surprise.value, astray);
+        const double value = o.bank.update(watched, sample.y, gate().width(astray));
+        const bool out = gate().shuts_out(value, astray);
         if (out || watched < quiet_until) return;
-        surprise_by(o.bank, surprise.value);
+        surprise_by(o.bank, value);
         take_surprise();
       },
       observer);
@@ -85,13 +85,14 @@ void Watch::State::start_from(const Estimate& estimate) {
       observer);
 }
 
-/// Predictors that have just been frozen go over what is kept, and the alarm looks at it.
-void Watch::State::catch_up() {
+/// Predictors that have just been frozen go over what is kept, from `since` (s) on, and the alarm
+/// takes it.
+void Watch::State::catch_up(double since) {
   astray = 0;
   running = true;
+  quiet_until = since + kRunInS;
   std::visit(
       [&](auto& o) {
-        quiet_until = *o.replay.earliest() + kRunInS;
         o.replay.catch_up(o.bank, gate(), kStartCaution, [&](double value, double t) {
           surprise_by(o.bank, value);
           if (t >= quiet_until) alarm.add(surprise, t);

@@ -49,7 +49,7 @@ struct Watch::State {
   void begin(const Session& session);
   void follow(const Sample& sample, const Estimate& estimate, double dt, bool broken);
   void keep_for_begin(const Sample& sample, const Estimate& estimate, double dt, bool broken);
-  void catch_up();
+  void catch_up(double since);
   void look_again_from(const PastBelief& to);
   void start_from(const Estimate& estimate);
   template <int N>
@@ -147,7 +147,7 @@ struct Watch::State {
   double alarm_spread = 1.0;  // of what raised it, before its onset
   int passes = 0;
   bool told = false;
-  double wait = 0.0;          // s, after what was tried and is none, until
+  double wait = 0.0;          // s, from what was tried and is none to the next try
   double try_again_at = 0.0;  // s, watched
 
   BeliefHistory history;

@@ -12,9 +12,7 @@ namespace armukf {
 void Watch::State::take_wear(Wear& to, const ChangeSums& sums) const {
   if (sums.begin < std::max(watch.trend_s, wear_taken_until)) return;
   if (!to.has_begun()) to.begin(what, condition);
-  Condition believed = condition;
-  std::ranges::copy(history.before(watched).values, believed.parameters.begin());
-  to.add(sums, what, condition, believed);
+  to.add(sums, what, condition, with(history.before(watched).values));
 }
 
 /// All that the alarm still has in its ring, nothing having changed.
