@@ -87,7 +87,7 @@ void add_fit(CLI::App& program) {
       ->check(whole_number(1, 10000));
   command.add_flag_callback(
       "--no-blocks", [o] { o->settings.jackknife = false; },
-      "leave no part of the records out: HAC deviations alone, in half the time");
+      "leave no part of the records out: HAC deviations alone");
   add_threads_option(command, o->settings.threads);
   command.add_option("--seed", o->settings.seed, "of the drawn start values")
       ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()));

@@ -79,8 +79,7 @@ struct Spread {
   Eigen::MatrixXd coloured;
 };
 
-Spread spread_at(const OutputError& error, const std::vector<double>& v, double huber_scale) {
-  const OutputError::Evaluation at = error.evaluate(v.data());
+Spread spread_at(const OutputError& error, const OutputError::Evaluation& at, double huber_scale) {
   if (!at.valid) {
     const int n = error.variables();
     const Eigen::MatrixXd unknown = Eigen::MatrixXd::Constant(n, n, kInfinite);
@@ -198,9 +197,9 @@ void report_criteria(double measurements, double d, Identification& result) {
 }
 
 /// What the predictions at that search's end say of the noise.
-PredictionNoise noise_of(const FoundMinimum& found, const OutputError& error) {
+PredictionNoise noise_of(const FoundMinimum& found, const OutputError& error,
+                         const OutputError::Evaluation& at) {
   PredictionNoise noise;
-  const OutputError::Evaluation at = error.evaluate(found.minimum.z.data());
   if (!at.valid) return noise;
   const double n = error.measured();
   noise.sensor_sd = std::sqrt(at.r.squaredNorm() / n);
@@ -287,17 +286,17 @@ Identification identify_pieces(const Model& model, const std::vector<Record>& re
   result.converged = best.converged;
   result.termination = best.termination;
   result.model = error.model_at(best.z.data());
-  const Spread spread = spread_at(error, best.z, result.huber_scale);
+  const OutputError::Evaluation at = error.evaluate(best.z.data());
+  const Spread spread = spread_at(error, at, result.huber_scale);
   std::vector<InitialStates> initial;
   for (std::size_t e = 0; e < records.size(); ++e)
     initial.push_back(
         initial_states(error, settings.initial.free, best.z, static_cast<int>(e), spread));
-  if (found.noise) result.noise = noise_of(found, error);
+  if (found.noise) result.noise = noise_of(found, error, at);
   std::vector<double> block_sd;
-  if (settings.jackknife && std::isfinite(best.cost))
-    block_sd = jackknife_deviations({result.model, records, error.initial_states_at(best.z.data()),
-                                     found.gains, settings.initial, settings.propagation,
-                                     result.huber_scale, settings.stop});
+  if (settings.jackknife && std::isfinite(best.cost) && at.valid)
+    block_sd = jackknife_deviations({error, best.z, at, result.model, records, !found.gains.empty(),
+                                     settings.propagation, result.huber_scale});
   report_parameters(spread, block_sd, result);
   report_experiments(records, settings, initial, result);
   report_criteria(error.measured(), error.variables(), result);

@@ -32,8 +32,7 @@ struct IdentifySettings {
   std::uint64_t seed = 1;  // of the drawn starts
   int threads = 0;         // that share the work; 0: one per processor
   bool robust = false;     // Huber's loss in place of squares
-  bool jackknife = true;   // deviations that hold for incomplete models, too; takes about as long
-                           // as the fit
+  bool jackknife = true;   // deviations that hold for incomplete models, too
   int iterations = 100;    // at most, of one search
   Precision derivatives = Precision::kDouble;
   double longest_gap_s = kLongestGapS;  // s; a record is cut at longer intervals

@@ -2,98 +2,122 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <numeric>
 #include <utility>
 
-#include "armukf/batch/pieces.hpp"
-#include "armukf/batch/stopped.hpp"
+#include "armukf/batch/sensitivity.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/parallel.hpp"
+#include "armukf/fit/loss.hpp"
 
 namespace armukf {
 namespace {
 
-constexpr int kIterations = 8;  // to a minimum that is near
+using Eigen::Index;
 
-/// What the records are without a part, each stretch with the states that it begins with.
-struct Rest {
-  std::vector<Record> pieces;
-  StatesOfPieces x0;
+/// What tells the least-squares step: J' J and J' r.
+struct NormalEquations {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd slope;
 
-  void add(const std::vector<Sample>& samples, std::size_t first, std::size_t end,
-           const std::vector<double>& x) {
-    if (end - first <= x.size()) return;  // hardly more than its own initial states
-    const auto begin = samples.begin();
-    pieces.push_back(
-        {"",
-         {begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(end)}});
-    x0.push_back(x);
+  NormalEquations(const JacobianMatrix& J, const Eigen::VectorXd& r)
+      : information(armukf::information(J)), slope(J.transpose() * r) {}
+
+  void drop(const JacobianMatrix& J, const Eigen::VectorXd& r) {
+    information -= armukf::information(J);
+    slope -= J.transpose() * r;
+  }
+
+  /// Variables of their own, after all others, for some of the rows: those with derivatives J by
+  /// the variables so far, and B by the new ones.
+  void let_begin_anew(const JacobianMatrix& J, const JacobianMatrix& B, const Eigen::VectorXd& r) {
+    const Index n = information.cols();
+    const Index m = B.cols();
+    information.conservativeResize(n + m, n + m);
+    information.bottomLeftCorner(m, n) = B.transpose() * J;
+    information.topRightCorner(n, m) = information.bottomLeftCorner(m, n).transpose();
+    information.bottomRightCorner(m, m) = armukf::information(B);
+    slope.conservativeResize(n + m);
+    slope.tail(m) = B.transpose() * r;
   }
 };
 
-/// Rows of each record that are in a part of all rows.
-struct Part {
-  std::size_t first;
-  std::size_t end;
-
-  /// As rows of the record that begins at row `begin` and has so many.
-  Part within(std::size_t begin, std::size_t count) const {
-    const auto row = [&](std::size_t of_all) {
-      return std::clamp(of_all, begin, begin + count) - begin;
-    };
-    return {row(first), row(end)};
+/// Where the parts end, the first of them beginning at row 0, so that each tells as much: where an
+/// arm stands still for long, equal times would leave all in one part that tells anything.
+std::vector<Index> ends_of_parts(const JacobianMatrix& J, const NormalEquations& all,
+                                 int unknowns) {
+  const Eigen::RowVectorXd each = all.information.diagonal().head(unknowns).unaryExpr(
+      [](double x) { return x > 0.0 ? 1.0 / x : 0.0; });
+  std::vector<double> told(J.rows() + 1, 0.0);  // by all rows before
+  for (Index k = 0; k < J.rows(); ++k)
+    told[k + 1] = told[k] + J.row(k).head(unknowns).cwiseAbs2().dot(each);
+  std::vector<Index> ends;
+  for (int part = 1; part < kJackknifeBlocks; ++part) {
+    const double until = told.back() * part / kJackknifeBlocks;
+    ends.push_back(std::ranges::lower_bound(told, until) - told.begin());
   }
-};
-
-Part part_of(Eigen::Index rows, int block) {
-  const auto boundary = [&](int b) {
-    return static_cast<std::size_t>(rows * b / kJackknifeBlocks);
-  };
-  return {boundary(block), boundary(block + 1)};
+  ends.push_back(J.rows());
+  return ends;
 }
 
-/// Where the search ends; empty where it cannot begin.
-std::vector<double> unknowns_at_end(const OutputError& error, const StatesOfPieces& x0,
-                                    const EndedFit& fit) {
-  stop_if_asked(fit.stop);
-  constexpr double kStep = 1.0 / 5;  // the next would be far less
-  SearchLimits limits = limits_for(error, kStep);
-  limits.iterations = kIterations;
-  limits.stop = fit.stop;
-  const Minimum minimum = search(error, error.variables_of_model(x0), fit.huber_scale, limits);
-  stop_if_asked(fit.stop);
-  if (!std::isfinite(minimum.cost)) return {};
-  return {minimum.z.begin(), minimum.z.begin() + error.unknowns()};
+/// Where the first variables go from `variables`, inside their bounds: one that the step takes out
+/// of them stays at its bound, and the others go on alone. Infinite where nothing tells one.
+std::vector<double> stepped(const NormalEquations& equations, const Variables& variables,
+                            int count) {
+  const Index n = equations.slope.size();
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(n);
+  std::vector<bool> fixed(n, false);
+  std::vector<double> z(count);
+  for (bool all_inside = false; !all_inside;) {
+    std::vector<Index> moved;
+    for (Index i = 0; i < n; ++i)
+      if (!fixed[i]) moved.push_back(i);
+    Eigen::VectorXd stays = step;
+    for (const Index i : moved) stays[i] = 0.0;
+    const Eigen::VectorXd slope = equations.slope + equations.information * stays;
+    Eigen::MatrixXd inverse = inverted(equations.information(moved, moved));
+    std::vector<bool> told(n, true);
+    for (std::size_t k = 0; k < moved.size(); ++k) {
+      const auto row = static_cast<Index>(k);
+      told[moved[k]] = std::isfinite(inverse(row, row));
+      if (!told[moved[k]]) inverse(row, row) = 0.0;
+    }
+    step(moved) = -inverse * slope(moved);
+    all_inside = true;
+    for (int i = 0; i < count; ++i) {
+      z[i] = variables.start[i] + step[i];
+      if (!told[i]) z[i] = kInfinite;
+      if (fixed[i] || !told[i]) continue;
+      const double inside = std::clamp(z[i], variables.lower[i], variables.upper[i]);
+      if (inside == z[i]) continue;
+      fixed[i] = true;
+      step[i] = inside - variables.start[i];
+      all_inside = false;
+    }
+  }
+  return z;
 }
 
-/// The simulation fitted to the records without that part.
-std::vector<double> simulated_without(const EndedFit& fit, const Part& part,
-                                      const std::vector<std::vector<std::vector<double>>>& states) {
-  Rest rest;
-  std::size_t begin = 0;
-  for (std::size_t e = 0; e < fit.records.size(); ++e) {
-    const std::vector<Sample>& samples = fit.records[e].samples;
-    const Part out = part.within(begin, samples.size());
-    begin += samples.size();
-    rest.add(samples, 0, out.first, fit.x0[e]);
-    if (out.end < samples.size()) rest.add(samples, out.end, samples.size(), states[e][out.end]);
+/// Derivatives of a simulation's residuals by the states at its first sample, as they count.
+JacobianMatrix by_states(const EndedFit& fit, const std::vector<double>& x,
+                         const std::vector<Sample>& samples) {
+  Directions states;
+  states.initial_states.resize(x.size());
+  std::iota(states.initial_states.begin(), states.initial_states.end(), 0);
+  Gains none;
+  none.derivatives = Precision::kSingle;
+  Sensitivities found = sensitivities(fit.model, x, samples, fit.propagation, states, none);
+  Eigen::VectorXd r(found.gradient.rows());
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    const auto row = static_cast<Index>(k);
+    r[row] = found.y[k] - samples[k].y;
+    if (!std::isnan(r[row])) continue;
+    r[row] = 0.0;
+    found.gradient.row(row).setZero();
   }
-  const InitialChoice choice = all_free(fit.model);
-  const OutputError error(fit.model, rest.pieces, choice, fit.propagation);
-  return unknowns_at_end(error, rest.x0, fit);
-}
-
-/// The predictions fitted to the records, that part without weight.
-std::vector<double> predicted_without(const EndedFit& fit, const Part& part) {
-  std::vector<Gains> gains = fit.gains;
-  std::size_t begin = 0;
-  for (Gains& g : gains) {
-    const Part out = part.within(begin, g.innovation_sd.size());
-    begin += g.innovation_sd.size();
-    std::fill(g.innovation_sd.begin() + static_cast<std::ptrdiff_t>(out.first),
-              g.innovation_sd.begin() + static_cast<std::ptrdiff_t>(out.end), kInfinite);
-  }
-  const OutputError error(fit.model, fit.records, fit.initial, fit.propagation, std::move(gains));
-  return unknowns_at_end(error, fit.x0, fit);
+  soften(fit.huber_scale, r, found.gradient);
+  return std::move(found.gradient);
 }
 
 }  // namespace
@@ -101,26 +125,45 @@ std::vector<double> predicted_without(const EndedFit& fit, const Part& part) {
 std::vector<double> jackknife_deviations(const EndedFit& fit) {
   // The 95 % quantile of Student's t with 7 degrees of freedom over that of the normal.
   constexpr double kFewParts = 1.895 / 1.645;
-  const Eigen::Index rows = rows_of(fit.records);
+  Eigen::VectorXd r = fit.at.r;
+  JacobianMatrix J = fit.at.J;
+  soften(fit.huber_scale, r, J);
+  const NormalEquations all(J, r);
+  const std::vector<Stretch> stretches = fit.error.stretches();
+  const Variables variables =
+      fit.error.variables_of_model(fit.error.initial_states_at(fit.variables.data()));
   std::vector<std::vector<std::vector<double>>> states;
-  for (std::size_t e = 0; fit.gains.empty() && e < fit.records.size(); ++e)
-    states.push_back(
-        simulate_states(fit.model, fit.x0[e], fit.records[e].samples, fit.propagation));
+  for (int e = 0; !fit.predicts && e < static_cast<int>(fit.records.size()); ++e)
+    states.push_back(simulate_states(fit.model,
+                                     fit.error.initial_states_at(fit.variables.data(), e),
+                                     fit.records[e].samples, fit.propagation));
+  const int unknowns = fit.error.unknowns();
+  const std::vector<Index> ends = ends_of_parts(J, all, unknowns);
   std::vector<std::vector<double>> found(kJackknifeBlocks);
-  for_each_job(kJackknifeBlocks, [&](int block) {
-    const Part part = part_of(rows, block);
-    found[block] =
-        fit.gains.empty() ? simulated_without(fit, part, states) : predicted_without(fit, part);
+  for_each_job(kJackknifeBlocks, [&](int part) {
+    const Index begin = part == 0 ? 0 : ends[part - 1];
+    const Index end = ends[part];
+    NormalEquations equations = all;
+    equations.drop(J.middleRows(begin, end - begin), r.segment(begin, end - begin));
+    for (std::size_t e = 0; e < states.size(); ++e) {
+      const Index first = stretches[e].first;
+      const Index last = first + stretches[e].count;
+      if (!(first < end && end < last)) continue;  // the part does not end within this record
+      const std::vector<Sample>& samples = fit.records[e].samples;
+      const JacobianMatrix B =
+          by_states(fit, states[e][end - first], {samples.begin() + (end - first), samples.end()});
+      equations.let_begin_anew(J.middleRows(end, last - end), B, r.segment(end, last - end));
+    }
+    found[part] = stepped(equations, variables, unknowns);
   });
-  const std::size_t unknowns = fit.model.unknowns().size();
   std::vector<double> sd(unknowns, kInfinite);
-  if (std::ranges::any_of(found, [](const auto& values) { return values.empty(); })) return sd;
-  for (std::size_t k = 0; k < unknowns; ++k) {
+  for (int k = 0; k < unknowns; ++k) {
     double mean = 0.0;
     for (const std::vector<double>& values : found) mean += values[k] / kJackknifeBlocks;
     double sum = 0.0;
     for (const std::vector<double>& values : found) sum += std::pow(values[k] - mean, 2);
-    sd[k] = kFewParts * std::sqrt(sum * (kJackknifeBlocks - 1.0) / kJackknifeBlocks);
+    if (std::isfinite(mean))
+      sd[k] = kFewParts * std::sqrt(sum * (kJackknifeBlocks - 1.0) / kJackknifeBlocks);
   }
   return sd;
 }

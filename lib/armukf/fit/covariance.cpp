@@ -63,10 +63,11 @@ Eigen::MatrixXd information(const JacobianMatrix& J) {
   return sum.selfadjointView<Eigen::Lower>();
 }
 
-Eigen::MatrixXd inverse_information(const JacobianMatrix& J) {
+Eigen::MatrixXd inverse_information(const JacobianMatrix& J) { return inverted(information(J)); }
+
+Eigen::MatrixXd inverted(const Eigen::MatrixXd& information) {
   constexpr double kRank = 1e-13;  // relative; J' J of double precision holds no more
-  const Eigen::Index n = J.cols();
-  const Eigen::MatrixXd information = armukf::information(J);
+  const Eigen::Index n = information.cols();
   Eigen::VectorXd unit(n);
   for (Eigen::Index i = 0; i < n; ++i)
     unit[i] = information(i, i) > 0.0 ? 1.0 / std::sqrt(information(i, i)) : 1.0;

@@ -17,6 +17,9 @@ Eigen::MatrixXd information(const JacobianMatrix& J);
 /// (J' J)^-1. A direction that J does not see gets infinite variance in each variable it touches.
 Eigen::MatrixXd inverse_information(const JacobianMatrix& J);
 
+/// The same of a given J' J.
+Eigen::MatrixXd inverted(const Eigen::MatrixXd& information);
+
 /// Residuals that follow one another in time: rows [first, first + count) of J and r.
 struct Stretch {
   Eigen::Index first;

@@ -12,7 +12,8 @@
 /// where it explains the records better than what a search has found, a search is to go on from it.
 namespace armukf {
 
-/// The model with the recursive estimate of the longest of the records, by itself.
+/// The model with the recursive estimate of the longest of the records, by itself: by an extended
+/// Kalman filter, whichever the settings name.
 Model recursive_estimate(const Model& start, const EstimatorSettings& estimator,
                          const std::vector<Record>& records);
 

@@ -1,0 +1,48 @@
+#include "armukf/batch/jackknife.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <random>
+#include <vector>
+
+#include "armukf/batch/experiment.hpp"
+#include "armukf/batch/identify.hpp"
+#include "batch/sensor_noise.hpp"
+
+namespace armukf {
+namespace {
+
+Record experiment(int samples) {
+  ExperimentSettings settings;
+  settings.samples = samples;
+  settings.torque_disturbance = 0.02;
+  return with_noise(simulate_experiment(published_estimate(), settings).record, 0.05, 0.0, 3);
+}
+
+std::vector<double> block_deviations(const std::vector<Record>& records) {
+  IdentifySettings settings;
+  settings.initial = all_free(published_arm());
+  std::vector<double> sd;
+  for (const ParameterEstimate& p : identify(published_arm(), records, settings).parameters)
+    sd.push_back(p.block_sd);
+  return sd;
+}
+
+/// Parts that are as long as each other would leave all that tells anything in one of them.
+TEST(Jackknife, DoesNotMindThatAnArmStandsStillForLong) {
+  const Record moving = experiment(3000);
+  Record resting = moving;
+  resting.samples.clear();
+  std::mt19937_64 generator(5);
+  std::normal_distribution<double> noise(0.0, 0.05);
+  constexpr double kStep = 5e-4;  // s
+  for (int k = 9000; k > 0; --k)
+    resting.samples.push_back({moving.samples[0].t - k * kStep, 0.0, noise(generator)});
+  const std::vector<double> alone = block_deviations({moving});
+  const std::vector<double> both = block_deviations({resting, moving});
+  for (std::size_t k = 0; k < alone.size(); ++k) EXPECT_NEAR(both[k] / alone[k], 1.0, 0.25) << k;
+}
+
+}  // namespace
+}  // namespace armukf
