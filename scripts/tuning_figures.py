@@ -4,6 +4,8 @@
     tuning_figures.py known      [--records 10] simulated records of known noise, from starts that are 10 times off
     tuning_figures.py measured   the measured record, tuned on its first 70 %, judged on the rest
 
+--starts N: of each search, 2 by default.
+
 The measured record is $ARMUKF_MEASURED/robotarm_estimation.csv; without it that job skips (exit status
 77). Exit status 1: a figure is missed.
 """
@@ -35,7 +37,7 @@ def known(options, pool, checks):
             wrong = Path(folder, "wrong.toml")
             wrong.write_text(tune.toml_text(tune.known_noise(SENSOR * off, torque / off)))
             o = options_for(options, records[0], "--validate", records[1], "--model", wrong, "--tune",
-                            "noise.sensor", "noise.motor_torque", "--starts", 2)
+                            "noise.sensor", "noise.motor_torque", "--starts", options.starts)
             result = tune.tuned(o, pool)
             found = {n: e["value"] for n, e in result["tuned"].items()}
             truth = tune.judged(o, tune.known_noise(SENSOR, torque), {}, [(records[0], None)])
@@ -49,7 +51,7 @@ def known(options, pool, checks):
 
 
 def measured(options, pool, checks):
-    result = tune.tuned(options_for(options, measured_record(), "--keep-fit", 0.2, "--starts", 2), pool)
+    result = tune.tuned(options_for(options, measured_record(), "--keep-fit", 0.2, "--starts", options.starts), pool)
     print(tune.text_of(result))
     before, after = (result[k]["validation"] for k in ("before", "after"))
     checks.expect(after["log_likelihood_per_sample"] > before["log_likelihood_per_sample"],
@@ -68,6 +70,7 @@ def main():
     parser.add_argument("job", choices=jobs)
     parser.add_argument("--program", default=str(sweeps.PROGRAM))
     parser.add_argument("--records", type=int, default=10)
+    parser.add_argument("--starts", type=int, default=2, help="of a search")
     options = parser.parse_args()
     checks = Checks()
     with sweeps.pool() as pool:

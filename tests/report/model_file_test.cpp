@@ -228,6 +228,16 @@ TEST(ModelFile, NumbersOutOfRangeAreRefused) {
             "arm.toml:2: parameters.k_a.value: must be finite, not inf");
 }
 
+TEST(ModelFile, SettingsThatDoNotGoTogetherAreRefused) {
+  EXPECT_EQ(
+      fault("[filter]\nkappa = -12\n"),
+      "arm.toml:2: filter.kappa: -12 is too small: with the 12 states and unknowns it must be "
+      "above 0");
+  EXPECT_EQ(fault("effects = ['torque_bias']\n[filter]\nkappa = -12\n"), "");
+  EXPECT_EQ(fault("[adaptation]\ntime_s = 0.2\nmost = 0.001\n"),
+            "arm.toml:3: adaptation.most: least, 0.01, is above most, 0.001");
+}
+
 TEST(ModelFile, ParametersThatCannotBeAreRefused) {
   EXPECT_EQ(fault("\n[parameters.k_a]\nvalue = -1\n"),
             "arm.toml:2: parameters.k_a: value -1 is outside of its bounds 0 to inf N.m/rad");

@@ -77,36 +77,67 @@ void fill(JacobianMatrix& gradient, Precision precision, Work work) {
   }
 }
 
+/// What is differentiated, and by what: directions of the model, and torques that are added to the
+/// input. Either may be none.
+struct Task {
+  const Model& model;
+  const std::vector<double>& x0;
+  const std::vector<Sample>& samples;
+  const Propagation& propagation;
+  const Gains& gains;
+  const Directions* directions;
+  const Eigen::MatrixXd* torques;
+};
+
 /// Fills columns of the gradient, from `first` on; with the first of them what has none.
 template <class Number>
-void differentiate(const Model& model, const std::vector<double>& x0,
-                   const std::vector<Sample>& samples, const Propagation& propagation,
-                   const Directions& directions, const Gains& gains, int first,
-                   JacobianMatrix& columns, Sensitivities& result) {
-  const std::vector<double> values = model.values();
+void differentiate(const Task& task, int first, JacobianMatrix& columns, Sensitivities& result) {
+  const std::vector<double> values = task.model.values();
   std::vector<Number> p(values.begin(), values.end());
-  std::vector<Number> x(x0.begin(), x0.end());
-  const int parameters = static_cast<int>(directions.parameters.size());
+  std::vector<Number> x(task.x0.begin(), task.x0.end());
   const auto count = static_cast<int>(columns.cols());
-  for (int j = 0; j < count; ++j) {
-    const int direction = first + j;
-    Number& seed = direction < parameters ? p[directions.parameters[direction]]
-                                          : x[directions.initial_states[direction - parameters]];
-    if constexpr (!Plain<Number>) seed.gradient[j] = 1.0;
-  }
+  if constexpr (!Plain<Number>)
+    if (task.directions != nullptr) {
+      const auto& [parameters, states] = *task.directions;
+      const int among = static_cast<int>(parameters.size());
+      for (int j = 0; j < count; ++j) {
+        const int direction = first + j;
+        Number& seed = direction < among ? p[parameters[direction]] : x[states[direction - among]];
+        seed.gradient[j] = 1.0;
+      }
+    }
+  const auto input = [&](std::size_t k) {
+    Number u(task.samples[k].u);
+    if constexpr (!Plain<Number>)
+      if (task.torques != nullptr)
+        std::ranges::copy(task.torques->row(static_cast<Eigen::Index>(k)).segment(first, count),
+                          u.gradient.begin());
+    return u;
+  };
   const std::size_t visited = visit_states(
-      model, p, x, samples, propagation, recorded_input<Number>(samples),
+      task.model, p, x, task.samples, task.propagation, input,
       [&](std::size_t k, const auto& states, const Number& y) {
         if constexpr (!Plain<Number>)
           std::copy_n(y.gradient.begin(), count, &columns(static_cast<Eigen::Index>(k), 0));
         if (first > 0) return;
         result.y[k] = value_of(y);
         for (int i = 0; i < kArmStates; ++i)
-          if (model.states[i].motive == Motive::kTwist)
+          if (task.model.states[i].motive == Motive::kTwist)
             result.largest_twist = std::max(result.largest_twist, std::abs(value_of(states[i])));
       },
-      Angles::kMeasured, gains);
+      Angles::kMeasured, task.gains);
   if (first == 0) std::fill(result.y.begin() + visited, result.y.end(), kNaN);
+}
+
+Sensitivities differentiated(const Task& task, int columns) {
+  Sensitivities result{std::vector<double>(task.samples.size()),
+                       JacobianMatrix(task.samples.size(), columns), 0.0};
+  if (columns == 0) differentiate<double>(task, 0, result.gradient, result);
+  fill(result.gradient, task.gains.derivatives,
+       [&]<class Number>(Number, int first, JacobianMatrix& part) {
+         differentiate<Number>(task, first, part, result);
+       });
+  return result;
 }
 
 }  // namespace
@@ -114,43 +145,17 @@ void differentiate(const Model& model, const std::vector<double>& x0,
 Sensitivities sensitivities(const Model& model, const std::vector<double>& x0,
                             const std::vector<Sample>& samples, const Propagation& propagation,
                             const Directions& directions, const Gains& gains) {
-  Sensitivities result{std::vector<double>(samples.size()),
-                       JacobianMatrix(samples.size(), directions.size()), 0.0};
-  if (directions.size() == 0)
-    differentiate<double>(model, x0, samples, propagation, directions, gains, 0, result.gradient,
-                          result);
-  fill(result.gradient, gains.derivatives,
-       [&]<class Number>(Number, int first, JacobianMatrix& columns) {
-         differentiate<Number>(model, x0, samples, propagation, directions, gains, first, columns,
-                               result);
-       });
-  return result;
+  return differentiated({model, x0, samples, propagation, gains, &directions, nullptr},
+                        directions.size());
 }
 
 JacobianMatrix torque_sensitivities(const Model& model, const std::vector<double>& x0,
                                     const std::vector<Sample>& samples,
                                     const Propagation& propagation, const Eigen::MatrixXd& torques,
                                     const Gains& gains) {
-  JacobianMatrix gradient(torques.rows(), torques.cols());
-  const std::vector<double> values = model.values();
-  fill(gradient, gains.derivatives, [&]<class Number>(Number, int first, JacobianMatrix& columns) {
-    const std::vector<Number> p(values.begin(), values.end());
-    const std::vector<Number> x(x0.begin(), x0.end());
-    const auto input = [&](std::size_t k) {
-      Number u(samples[k].u);
-      const auto row = torques.row(static_cast<Eigen::Index>(k)).segment(first, columns.cols());
-      std::ranges::copy(row, u.gradient.begin());
-      return u;
-    };
-    visit_states(
-        model, p, x, samples, propagation, input,
-        [&](std::size_t k, const auto& /*states*/, const Number& y) {
-          std::copy_n(y.gradient.begin(), columns.cols(),
-                      &columns(static_cast<Eigen::Index>(k), 0));
-        },
-        Angles::kMeasured, gains);
-  });
-  return gradient;
+  return differentiated({model, x0, samples, propagation, gains, nullptr, &torques},
+                        static_cast<int>(torques.cols()))
+      .gradient;
 }
 
 }  // namespace armukf

@@ -116,6 +116,24 @@ void read_section(ModelFile& content, const TomlEntry& section) {
   }
 }
 
+/// What settings must be to each other, and to the model; each is by itself in range.
+void check_section(const ModelFile& content, const TomlEntry& section) {
+  const UnscentedSpread& spread = content.settings.spread;
+  const Adaptation& adaptation = content.settings.adaptation;
+  for (const TomlEntry& setting : section.fields()) {
+    const auto is = [&](std::string_view of, std::string_view key) {
+      return section.name() == of && setting.name() == key;
+    };
+    const std::size_t n = content.model.states.size() + content.model.unknowns().size();
+    if (is("filter", "kappa") && !(static_cast<double>(n) + spread.kappa > 0.0))
+      setting.fail(fmt::format(
+          "{} is too small: with the {} states and unknowns it must be above 0", spread.kappa, n));
+    if ((is("adaptation", "least") || is("adaptation", "most")) &&
+        adaptation.least > adaptation.most)
+      setting.fail(fmt::format("least, {}, is above most, {}", adaptation.least, adaptation.most));
+  }
+}
+
 void read_effects(Model& model, const TomlEntry& entry) {
   for (const TomlEntry& element : entry.elements()) {
     const std::string name = element.text();
@@ -239,8 +257,11 @@ ModelFile parse_model_file(const std::string& text, const std::string& name, Mod
       read_section(content, entry);
     }
   }
-  for (const TomlEntry& entry : entries)
+  for (const TomlEntry& entry : entries) {
     if (entry.name() == "belief") content.settings.belief = read_belief(content.model, entry);
+    if (std::ranges::find(kSettingsSections, entry.name()) != kSettingsSections.end())
+      check_section(content, entry);
+  }
   return content;
 }
 
