@@ -4,8 +4,8 @@
     noise_figures.py                         all conditions, three arms that no setting was tuned on
     noise_figures.py --part 0.25 --known     a quarter of them, beside the filter that is told the noise
     noise_figures.py --half tuning           the arms that settings are tuned on
-    noise_figures.py --batch                 the intervals of `fit --free-initial all` and of
-                                             `fit --criterion prediction` as well
+    noise_figures.py --batch                 the intervals of `fit` as well, by default, with
+                                             `--free-initial all` and `--criterion prediction`
 
 Conditions: arms x sensor noise {0.1, 0.25, 0.5 rad/s} x its pole {0, 0.5, 0.9} x torque noise {0, 0.05,
 0.15, 0.3 N.m} x its pole {0, 0.9}, a record of 10 s each (and each repeat) by the blind plant, from the
@@ -73,7 +73,8 @@ def estimated(options, record, arm, model=None):
     return sweeps.armukf(options.program, "estimate", record, "--filter", options.filter, *told({"arm": arm}), *words)
 
 
-BATCH = {"batch": ("--free-initial", "all"), "batch, prediction": ("--criterion", "prediction")}
+BATCH = {"batch": (), "batch, initial states free": ("--free-initial", "all"),
+         "batch, prediction": ("--criterion", "prediction")}
 
 
 def fitted(options, record, arm, how):
