@@ -42,9 +42,9 @@ bool Checkpoints::due(bool idle) {
 }
 
 void Checkpoints::put(std::string content) {
-  file_->put(std::move(content));
-  next_ = Clock::now() + interval_;
   if (const std::string failure = file_->take_failure(); !failure.empty()) complaints_.say(failure);
+  file_->put(std::move(content));  // of which only the next one, or the end, knows how it went
+  next_ = Clock::now() + interval_;
 }
 
 void Checkpoints::finish() {

@@ -42,7 +42,7 @@ void compare(CompareOptions& o) {
   const Comparison found = comparison(start.model, start.settings, record, o.settings, o.passes);
   const Model truth = o.truth.empty() ? Model{} : read_model_file(o.truth).model;
   write_report(o.report, start_text + compare_text(found, o.truth.empty() ? nullptr : &truth),
-               compare_json(found));
+               compare_json(found), {o.save});
   if (!o.save.empty())
     write_model_file(o.save, to_go_on_from(found.batch.identification.model, start.settings,
                                            belief_of(found.batch.identification)));

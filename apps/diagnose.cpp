@@ -88,7 +88,7 @@ void diagnose(DiagnoseOptions& o) {
   summary.validation = o.validation;
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   summary.seconds = taken.count();
-  write_report(o.report, diagnosis_text(summary), diagnosis_json(summary));
+  write_report(o.report, diagnosis_text(summary), diagnosis_json(summary), {o.save, o.rows});
   if (!o.rows.empty())
     write_rows(o.rows, summary.diagnosis.judges, summary.diagnosis, o.settings.propagation);
   if (!o.save.empty())

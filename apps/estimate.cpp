@@ -205,7 +205,7 @@ Pass all_passes(const EstimateOptions& o, ModelFile start) {
     if (is_stopped() || early.failure) return early;
     start.model = early.estimate.model;
   }
-  if (o.score || o.report.json == "-" || o.watch.events == "-")
+  if (o.score || o.report.json == "-" || o.watch.events == "-" || o.save == "-")
     return Stream(o, start, nullptr).result();  // which has standard output to itself
   CsvWriter writer("-", stop_flag());
   return Stream(o, start, &writer).result();
@@ -220,7 +220,7 @@ ClosingSimulation simulated(const Pass& pass, const EstimatorSettings& settings)
 
 void check_options(const EstimateOptions& o) {
   check_stream_options(o.stream, o.input);
-  check_watch_options(o.watch, o.report.json);
+  check_watch_options(o.watch);
   if (o.watch.watch && (o.passes > 1 || o.score))
     throw InputError("--watch: neither with --passes nor with --score");
   const bool lasting = !o.stream.checkpoint.empty() || !o.stream.resume.empty();

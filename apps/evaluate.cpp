@@ -75,7 +75,7 @@ void evaluate(const EvaluateOptions& o) {
     if (summary.evaluations.size() != 1) throw InputError("--rows: takes one record without a gap");
     write_rows(o.rows, summary.evaluations[0]);
   }
-  write_report(o.report, evaluation_text(summary), evaluation_json(summary));
+  write_report(o.report, evaluation_text(summary), evaluation_json(summary), {o.rows});
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ void fit(FitOptions& o) {
   for (const std::string& file : o.files) records.push_back(read_record(file, o.columns));
   const std::string found = find_start(o.start, o.model, records.front(), o.columns, start);
   const FitSummary summary = fit_summary(start.model, records, o.settings, start.settings);
-  write_report(o.report, found + fit_text(summary), fit_json(summary));
+  write_report(o.report, found + fit_text(summary), fit_json(summary), {o.save});
   if (!o.save.empty())
     write_model_file(o.save, to_go_on_from(summary.identification.model, start.settings,
                                            belief_of(summary.identification)));

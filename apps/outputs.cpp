@@ -48,7 +48,12 @@ class File {
 
 void check_outputs(const std::vector<std::string>& records, const std::vector<Output>& outputs) {
   std::vector<std::pair<const char*, File>> earlier;
+  const char* on_standard_output = nullptr;
   for (const auto& [option, path] : outputs) {
+    if (path == "-" && on_standard_output != nullptr)
+      throw InputError(
+          fmt::format("{}: standard output is taken by {}", option, on_standard_output));
+    if (path == "-") on_standard_output = option;
     if (path.empty() || path == "-") continue;
     const File file(path);
     if (!file.is_replaced()) continue;

@@ -12,8 +12,8 @@ struct Output {
 };
 
 /// Before anything is done: InputError where an output would replace a record that is read (- is
-/// standard input) or another output, or could not be written. Standard output, devices and pipes
-/// replace nothing.
+/// standard input) or another output, or could not be written. Devices and pipes replace nothing,
+/// and standard output (-), which only one of them may take.
 void check_outputs(const std::vector<std::string>& records, const std::vector<Output>& outputs);
 
 }  // namespace armukf::apps

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "armukf/io/atomic_file.hpp"
@@ -24,8 +25,10 @@ void write_json(const ReportOptions& options, const nlohmann::ordered_json& json
 }
 
 void write_report(const ReportOptions& options, const std::string& text,
-                  const nlohmann::ordered_json& json) {
-  if (!options.quiet && options.json != "-") print(text);
+                  const nlohmann::ordered_json& json,
+                  std::initializer_list<std::string_view> files) {
+  const bool taken = options.json == "-" || std::ranges::find(files, "-") != files.end();
+  if (!options.quiet && !taken) print(text);
   write_json(options, json);
 }
 

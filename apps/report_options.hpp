@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <initializer_list>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
@@ -22,8 +23,10 @@ void print(std::string_view text);
 /// The JSON to its file, if one was asked for; the file takes its name only when complete.
 void write_json(const ReportOptions& options, const nlohmann::ordered_json& json);
 
-/// The text to standard output unless that was asked to be quiet or holds the JSON; then the JSON.
+/// The text to standard output unless that was asked to be quiet or holds the JSON or another of
+/// the command's files; then the JSON.
 void write_report(const ReportOptions& options, const std::string& text,
-                  const nlohmann::ordered_json& json);
+                  const nlohmann::ordered_json& json,
+                  std::initializer_list<std::string_view> files = {});
 
 }  // namespace armukf::apps

@@ -58,14 +58,23 @@ std::string command_text(const SimulateOptions& o, const Model& model) {
   return text;
 }
 
-void write_record(const SimulateOptions& o, const Model& model,
-                  const SimulatedExperiment& experiment) {
+std::vector<std::string> header_of(const SimulateOptions& o, const Model& model) {
+  std::vector<std::string> header{o.columns.t, o.columns.u, o.columns.y};
+  if (!o.states) return header;
+  for (const Coordinate& state : model.states) {
+    if (std::ranges::find(header, state.name) != header.end())
+      throw InputError(
+          fmt::format("--columns: with --states there is a column {} already", state.name));
+    header.push_back(state.name);
+  }
+  return header;
+}
+
+void write_record(const SimulateOptions& o, const std::vector<std::string>& header,
+                  const Model& model, const SimulatedExperiment& experiment) {
   AtomicFile file(o.output);
   file.write(fmt::format("# armukf {}\n# {}\n", library_version(), command_text(o, model)));
   CsvWriter writer(file.descriptor(), file.name());
-  std::vector<std::string> header{o.columns.t, o.columns.u, o.columns.y};
-  if (o.states)
-    for (const Coordinate& state : model.states) header.push_back(state.name);
   writer.row(header);
   for (std::size_t k = 0; k < experiment.record.samples.size(); ++k) {
     const Sample& sample = experiment.record.samples[k];
@@ -103,13 +112,12 @@ Drift drift_of(const Model& model, std::string_view text) {
 }
 
 void simulate(SimulateOptions& o) {
-  if (o.output == "-" && o.report.json == "-")
-    throw InputError("--json: standard output is taken by -o");
   check_outputs({}, {{"-o", o.output}, {"--save", o.save}, {"--json", o.report.json}});
   ExperimentSettings& s = o.settings;
   s.kind = of_option("--experiment", [&] { return find_experiment(o.experiment); });
   const ModelFile chosen = chosen_model(o.model, {published_estimate(), {}});
   const Model& model = chosen.model;
+  const std::vector<std::string> header = header_of(o, model);
   of_option("--drift", [&] {
     for (const std::string& text : o.drifts) s.drifts.push_back(drift_of(model, text));
   });
@@ -118,10 +126,10 @@ void simulate(SimulateOptions& o) {
   const Record& record = experiment.record;
   if (!std::isfinite(record.samples.back().y))
     throw std::runtime_error("the arm with these parameters runs away under speed control");
-  write_record(o, model, experiment);
+  write_record(o, header, model, experiment);
   if (!o.report.json.empty()) write_summary(o, model);
   if (!o.save.empty()) write_model_file(o.save, chosen);
-  if (!o.report.quiet && o.output != "-" && o.report.json != "-")
+  if (!o.report.quiet && o.output != "-" && o.report.json != "-" && o.save != "-")
     print(fmt::format("{}: {} samples, {} s of {}\n", o.output, s.samples,
                       s.samples * s.sample_time_s, record.name));
 }

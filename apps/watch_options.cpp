@@ -16,10 +16,8 @@ void add_watch_options(CLI::App& command, WatchOptions& options) {
       ->type_name("FILE");
 }
 
-void check_watch_options(const WatchOptions& options, const std::string& json) {
+void check_watch_options(const WatchOptions& options) {
   if (!options.events.empty() && !options.watch) throw InputError("--events: needs --watch");
-  if (options.events == "-" && json == "-")
-    throw InputError("--events: standard output is taken by --json");
 }
 
 EventLog::EventLog(const std::string& path) {

@@ -18,7 +18,7 @@ struct WatchOptions {
 void add_watch_options(CLI::App& command, WatchOptions& options);
 
 /// InputError where they do not go with the others; `json` is where the summary goes.
-void check_watch_options(const WatchOptions& options, const std::string& json);
+void check_watch_options(const WatchOptions& options);
 
 /// Lines about events, each of which reaches its reader at once.
 class EventLog {

@@ -61,6 +61,8 @@ TEST_F(Program, WrongValuesOfOptionsTakeOneLineThatNamesTheOption) {
                  "validation2, validation3");
   expect_refused("simulate -o a.csv --columns t", "--columns: 't': expected t=NAME,u=NAME,y=NAME");
   expect_refused("simulate -o - --json -", "--json: standard output is taken by -o");
+  expect_refused("simulate -o a.csv --states --columns t=t,u=u,y=speed_arm",
+                 "--columns: with --states there is a column speed_arm already");
   EXPECT_FALSE(exists("a.csv"));
 }
 
@@ -149,6 +151,41 @@ TEST_F(Program, FailedOutputIsStatusOneAndLeavesNothing) {
   EXPECT_EQ(full.error, "armukf: /dev/full: cannot write: No space left on device\n");
   expect_refused("simulate -o nowhere/a.csv --samples 200",
                  "nowhere/a.csv: cannot open for writing: No such file or directory");
+}
+
+TEST_F(Program, OneOutputAtMostTakesStandardOutputAndThenAlone) {
+  run("simulate -o a.csv --samples 1200 --sensor-noise 0.1");
+  for (const char* command : {"", "fit --iterations 1 ", "compare "})
+    expect_refused(fmt::format("{}a.csv --save - --json -", command),
+                   "--json: standard output is taken by --save");
+  expect_refused("evaluate a.csv --rows - --json -", "--json: standard output is taken by --rows");
+  EXPECT_EQ(run("evaluate a.csv --rows -").output.find("residual: "), std::string::npos);
+  for (const char* command : {"", "fit --iterations 1 "})
+    EXPECT_TRUE(run(fmt::format("{}a.csv --save -", command)).output.starts_with("# ")) << command;
+}
+
+TEST_F(Program, AsksForUnitsWhereNothingIsExplained) {
+  run("simulate -o a.csv --samples 4000 --sensor-noise 0.1");
+  std::istringstream lines(text("a.csv"));
+  std::ostringstream degrees;
+  for (std::string line; std::getline(lines, line);) {
+    const auto comma = line.rfind(',');
+    if (line.starts_with('#') || line.starts_with('t'))
+      degrees << line << '\n';
+    else
+      degrees << line.substr(0, comma + 1) << 57.3 * std::stod(line.substr(comma + 1)) << '\n';
+  }
+  put("degrees.csv", degrees.str());
+  const std::string question = "are t in s, u in N.m and y in rad/s";
+  EXPECT_NE(run("fit degrees.csv --no-blocks").output.find(question), std::string::npos);
+  EXPECT_NE(run("degrees.csv").error.find(question), std::string::npos);
+  EXPECT_EQ(run("fit a.csv --no-blocks").output.find(question), std::string::npos);
+  EXPECT_EQ(run("a.csv").error.find(question), std::string::npos);
+}
+
+TEST_F(Program, FitRefusesASpeedThatNeverChanges) {
+  put("still.csv", "t,u,y\n0,0,0\n0.0005,0,0\n0.001,0,\n0.0015,0,0\n0.002,0,0\n");
+  expect_refused("fit still.csv", "still.csv: y: the speed never changes: there is nothing to fit");
 }
 
 TEST_F(Program, FullDiskIsStatusOneAndOneLineForEveryCommand) {

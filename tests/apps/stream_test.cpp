@@ -104,6 +104,14 @@ TEST_F(Stream, ClockThatBeginsAnewIsAGapAndTheEstimateGoesOn) {
   EXPECT_EQ(summary()["input"]["astray"], 0);
 }
 
+/// What writes it may have failed before the stream asks, or after.
+TEST_F(Stream, LastCheckpointThatFailsIsAlwaysStatusOne) {
+  constexpr int kTimes = 12;
+  for (int time = 0; time < kTimes; ++time)
+    EXPECT_EQ(shell("$A a.csv --quiet --checkpoint /dev/full > out 2> err"), 1) << time;
+  EXPECT_EQ(text("err"), "armukf: /dev/full: cannot write: No space left on device\n");
+}
+
 TEST_F(Stream, AllResultsComeOutAlsoIfTheOutputFails) {
   EXPECT_EQ(shell("$A a.csv --json s.json --save m.toml > /dev/full 2> err"), 1);
   EXPECT_GT(summary()["samples"], 50);

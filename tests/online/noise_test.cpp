@@ -131,6 +131,33 @@ TEST(SecondLook, ComesAfterThreeSecondsAndSettlesForOne) {
   }
 }
 
+/// On their way from start values that are far off, filters pass arms that are none.
+TEST(SecondLook, NobodyIsSureOfAnArmBeforeIt) {
+  constexpr double kBefore = 2.9;  // s
+  constexpr double kNinety = 1.645;
+  const Model truth = published_estimate();
+  for (const ExperimentKind kind : {ExperimentKind::kEstimation, ExperimentKind::kValidation1}) {
+    ExperimentSettings settings;
+    settings.kind = kind;
+    settings.samples = 8000;
+    settings.sensor_noise = 0.1;
+    settings.torque_disturbance = 0.05;
+    Session session(published_arm(), {});
+    double before = 0.0;
+    for (const Sample& sample : simulate_experiment(truth, settings).record.samples) {
+      session.step(sample);
+      if (sample.t > kBefore && before == 0.0) {
+        before = session.parameter_deviations()[kKa];
+        EXPECT_NEAR(session.model().parameters[kKa].value, truth.parameters[kKa].value,
+                    kNinety * before);
+        const double variance = session.parameter_covariance()(kKa - kAm, kKa - kAm);
+        EXPECT_NEAR(std::sqrt(variance) / before, 1.0, 1e-6);
+      }
+    }
+    EXPECT_LT(session.parameter_deviations()[kKa], 0.2 * before);
+  }
+}
+
 /// Arms, motions and noises by which the filters of the race, and the winner's second look, end at
 /// an arm spring of twice the stiffness and more.
 TEST(SecondLook, LeavesAWrongArmForARival) {

@@ -105,9 +105,7 @@ JacobianMatrix by_states(const EndedFit& fit, const std::vector<double>& x,
   Directions states;
   states.initial_states.resize(x.size());
   std::iota(states.initial_states.begin(), states.initial_states.end(), 0);
-  Gains none;
-  none.derivatives = Precision::kSingle;
-  Sensitivities found = sensitivities(fit.model, x, samples, fit.propagation, states, none);
+  Sensitivities found = sensitivities(fit.model, x, samples, fit.propagation, states);
   Eigen::VectorXd r(found.gradient.rows());
   for (std::size_t k = 0; k < samples.size(); ++k) {
     const auto row = static_cast<Index>(k);

@@ -20,9 +20,12 @@ double TriedChange::statistic() const {
 
 double TriedChange::evidence() const {
   if (!std::isfinite(trial.statistic)) return -kInfinite;
+  constexpr double kFreedom =
+      3.0;  // of Student's t: what changes by ten usual sizes is rare, no more
   const double v = sd() * sd();
-  return 0.5 * (trial.statistic - std::log1p(1.0 / v) - trial.amount * trial.amount / (1.0 + v)) +
-         log_prior;
+  const double size =
+      (kFreedom + 1.0) * std::log1p(trial.amount * trial.amount / (1.0 + v) / kFreedom);
+  return 0.5 * (trial.statistic - std::log1p(1.0 / v) - size) + log_prior;
 }
 
 int TriedChanges::best() const {

@@ -37,8 +37,8 @@ struct TriedChange {
   double sd() const;
   /// What is uncertain besides weakens what the sum of squares says.
   double statistic() const;
-  /// Log of the probability of the samples with this change of usual size, integrated over it
-  /// (P. S. Laplace 1774), over that without.
+  /// Log of the probability of the samples with this change, integrated over a size that is usual
+  /// but for long tails (P. S. Laplace 1774), over that without.
   double evidence() const;
 };
 

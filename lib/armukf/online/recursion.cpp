@@ -13,7 +13,8 @@ RecursiveEstimate result_of(const Session& session, const std::string& filter, c
           .seconds = seconds,
           .model_sd = session.model_deviations(),
           .belief = session.belief(),
-          .hardly_told = session.hardly_told()};
+          .hardly_told = session.hardly_told(),
+          .settling = session.is_settling()};
 }
 
 RecursiveEstimate estimate_record(Model start, const EstimatorSettings& settings,

@@ -22,6 +22,7 @@ struct RecursiveEstimate {
   std::vector<double> model_sd;  // as the belief has it, which takes model and noise at their word
   ParameterBelief belief;        // its covariance goes with sd
   std::vector<std::string> hardly_told;  // names of parameters, see Session
+  bool settling = false;                 // when the samples ended, see Session
 };
 
 /// What a session has come to.

@@ -151,6 +151,7 @@ struct Session::State {
   Estimate pass_over(const Sample& sample) const;
   Sample usable(Sample sample);
   void report(const AnyRunner& leader);
+  double unsettled(int k, double sd) const;
   void decide();
   void end_race();
   void look_back();
@@ -187,7 +188,8 @@ struct Session::State {
   bool keeps_beginning = false;
   std::vector<double> values;
   std::vector<double> deviations;
-  std::vector<double> first_variances;  // of the free coordinates, before the first sample
+  std::vector<double> first_variances;   // of the free coordinates, before the first sample
+  std::vector<double> first_deviations;  // of the unknowns, as reported
 };
 
 Session::State::State(const Model& m, const EstimatorSettings& s)
@@ -223,13 +225,15 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
   }
   values.resize(model.states.size() + coordinates.size());
   deviations.resize(values.size());
-  report(runners.front());
   std::visit(
       [&](const auto& r) {
         for (int k = 0; k < coordinates.size(); ++k)
           first_variances.push_back(r.engine().free_variance(k));
+        first_deviations.resize(coordinates.size());
+        r.engine().deviations(first_deviations.data());
       },
       runners.front());
+  report(runners.front());
 }
 
 /// How many there may be at a time.
@@ -316,6 +320,19 @@ bool Session::State::is_hardly_told(const AnyRunner& runner, int k) const {
         return r.engine().free_variance(k) > kLeft * kLeft * first_variances[k];
       },
       runner);
+}
+
+/// By what the deviation of an unknown is multiplied until the second look. While the start values
+/// are being left, what a wrong arm leaves of the samples is alike over tens of them; a filter
+/// takes each for as much as if it were noise, and is too sure of an arm that it only happens to
+/// pass.
+double Session::State::unsettled(int k, double sd) const {
+  constexpr double kAlike = 30.0;  // samples that tell as much as one
+  const bool leaves_start = !raced || keeps_beginning;
+  const double first = first_deviations[k];
+  if (!leaves_start || settings.noise.model_error.gain == 0.0 || !(sd > 0.0 && sd < first))
+    return 1.0;
+  return std::sqrt(kAlike / (1.0 + (kAlike - 1.0) * std::pow(sd / first, 2)));
 }
 
 bool Session::State::is_told_anything(const AnyRunner& runner) const {
@@ -456,8 +473,10 @@ void Session::State::report(const AnyRunner& leader) {
           deviations[i] = filter.deviation(i);
         }
         engine.deviations(deviations.data() + own);
-        for (int k = 0; k < coordinates.size(); ++k)
+        for (int k = 0; k < coordinates.size(); ++k) {
+          deviations[own + k] *= unsettled(k, deviations[own + k]);
           values[own + k] = engine.parameters()[coordinates.unknowns()[k]];
+        }
       },
       leader);
 }
@@ -567,9 +586,12 @@ SquareMatrix Session::parameter_covariance() const {
 
 void Session::covariance_into(SquareMatrix& covariance) const {
   visit_leader([&](const auto& engine) {
+    std::array<double, kMaxParameters> factor;
+    for (int i = 0; i < covariance.size(); ++i)
+      factor[i] = state_->unsettled(i, std::sqrt(engine.covariance(i, i)));
     for (int i = 0; i < covariance.size(); ++i)
       for (int j = 0; j <= i; ++j)  // the other half would differ by rounding
-        covariance(i, j) = covariance(j, i) = engine.covariance(i, j);
+        covariance(i, j) = covariance(j, i) = factor[i] * factor[j] * engine.covariance(i, j);
   });
 }
 

@@ -82,7 +82,7 @@ class Session {
 
   /// One standard deviation of each parameter of the model; 0 for a known one. It is the one to be
   /// believed, whatever the noise: that of the belief, or more where stretches of the samples
-  /// contradict each other (ScoreSpread).
+  /// contradict each other (ScoreSpread), and until the second look, while start values are left.
   std::vector<double> parameter_deviations() const;
 
   /// The same as the belief has it, which takes model and noise at their word.

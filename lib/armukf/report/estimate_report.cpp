@@ -60,6 +60,10 @@ double samples_per_second(const RecursiveEstimate& e) {
   return e.seconds > 0.0 ? static_cast<double>(e.tally.samples()) / e.seconds : 0.0;
 }
 
+constexpr std::string_view kNotSettled =
+    "  note: the parameters had not settled when the samples ended: the deviations above are a\n"
+    "        guide.\n";
+
 /// What a reader must know before trusting the deviations of an estimate that took the noise as it
 /// was told; empty where there is nothing to say. In the first seconds the filter allows for start
 /// values that are far off: then neither colour nor small innovations tell of model or noise.
@@ -70,19 +74,21 @@ std::string caveat(const RecursiveEstimate& e) {
     return "  note: the innovations are larger than the filter expects: the deviations above are "
            "too\n"
            "        small. Raise [noise], or look for what the model lacks.\n";
-  if (!e.tally.torques().has_settled())
-    return nis < kLeastHonestNis
-               ? "  note: so few seconds tell neither the noise nor what is missing: the "
-                 "deviations\n"
-                 "        above are a guide.\n"
-               : "";
+  if (!e.tally.torques().has_settled() && nis < kLeastHonestNis)
+    return "  note: so few seconds tell neither the noise nor what is missing: the deviations\n"
+           "        above are a guide.\n";
+  if (e.settling) return std::string(kNotSettled);
+  if (!e.tally.torques().has_settled()) return "";
   if (innovations.ljung_box_p() < kFarFromWhite)
     return "  note: the innovations are not white: something that the model lacks is in them, and "
            "the\n"
            "        deviations above are a guide, not confidence limits.\n";
   if (nis < kLeastHonestNis)
     return "  note: the innovations are smaller than the filter expects: the deviations above are\n"
-           "        cautious. With the sensor's noise known, set [noise] model_error to 0.\n";
+           "        cautious. With the sensor's noise known, set model_error = { start = 0, gain = "
+           "0 "
+           "}\n"
+           "        in [noise].\n";
   return "";
 }
 
@@ -95,6 +101,7 @@ std::string noise_text(const RecursiveEstimate& e) {
     text += fmt::format(
         "  noise: sensor {:.3g} rad/s (pole {:.2f}), torque {:.3g} N.m (pole {:.2f}) per sample\n",
         noise.sensor_sd, noise.sensor_pole, noise.torque_sd, noise.torque_pole);
+  if (e.settling) text += kNotSettled;
   if (!model_lacks(e)) return text;
   text += fmt::format(
       "  note: the model lacks something (false alarms: {}); {:.0f} % of the innovations'\n"
@@ -279,6 +286,7 @@ nlohmann::ordered_json estimate_json(const EstimateSummary& s) {
   for (std::size_t i = 0; i < e.model.parameters.size(); ++i)
     json["parameters"][e.model.parameters[i].name]["sd_model"] = e.model_sd[i];
   json["poorly_determined"] = e.hardly_told;
+  json["settling"] = e.settling;
   json["covariance"] = covariance_json(e.belief);
   json["seconds"] = e.seconds;
   json["samples_per_second"] = samples_per_second(e);
@@ -301,6 +309,15 @@ nlohmann::ordered_json simulation_json(const ClosingSimulation& s) {
 std::string fit_text(double percent) {
   return std::isnan(percent) ? "no fit where y does not vary"
                              : fmt::format("fit {:.2f} %", percent);
+}
+
+std::string hopeless_text(double simulated_percent, double predicted_percent) {
+  constexpr double kHopeless = 5.0;   // of a simulation, which a missing effect may lead astray
+  constexpr double kFollowed = 50.0;  // of predictions
+  if (!(simulated_percent < kHopeless && predicted_percent < kFollowed)) return "";
+  return "  note: hardly anything of the motion is explained: are t in s, u in N.m and y in rad/s, "
+         "and\n"
+         "        is a positive torque one that speeds up? Else it is another arm.\n";
 }
 
 std::string simulation_text(double percent, double mse, const std::optional<ErrorSums>& free) {
@@ -345,6 +362,7 @@ std::string estimate_text(const EstimateSummary& s) {
                   s.simulation.samples < e.tally.samples()
                       ? fmt::format(", over the first {} samples", s.simulation.samples)
                       : "");
+  text += hopeless_text(s.simulation.fit_percent, innovations.fit_percent());
   if (!e.hardly_told.empty())
     text += fmt::format("  note: these samples told hardly anything of {}\n",
                         fmt::join(e.hardly_told, ", "));

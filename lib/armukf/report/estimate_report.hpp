@@ -59,6 +59,10 @@ std::string one_step_text(const InnovationStatistics& innovations);
 nlohmann::ordered_json simulation_json(const ClosingSimulation& simulation);
 std::string simulation_text(double fit_percent, double mse, const std::optional<ErrorSums>& free);
 
+/// A question about units and signs where neither a simulation nor predictions one sample ahead
+/// (fits in percent) explain the motion; else nothing.
+std::string hopeless_text(double simulated_percent, double predicted_percent);
+
 /// {"over_measured_angle", and if so "free": {"fit_percent", "mse"}}, to stand beside a
 /// simulation's figures.
 nlohmann::ordered_json angle_json(const std::optional<ErrorSums>& free);

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "armukf/core/error.hpp"
@@ -137,6 +138,19 @@ bool is_better(const Identification& one, const Identification& other) {
   return one.mse < other.mse;
 }
 
+/// A motor whose speed never changes tells of nothing, and has no fit.
+void check_motion(const std::vector<Record>& records) {
+  std::optional<double> first;
+  for (const Record& record : records)
+    for (const Sample& s : record.samples) {
+      if (std::isnan(s.y)) continue;
+      if (!first) first = s.y;
+      if (s.y != *first) return;
+    }
+  throw InputError(records.empty() ? "fit" : records.front().name, 0, "y",
+                   "the speed never changes: there is nothing to fit");
+}
+
 /// To search once more from values that were estimated.
 IdentifySettings from_there(IdentifySettings settings) {
   settings.starts = 1;
@@ -184,6 +198,7 @@ ParameterBelief belief_of(const Identification& found) {
 FitSummary fit_summary(const Model& model, const std::vector<Record>& records,
                        const IdentifySettings& settings, const EstimatorSettings& estimator) {
   const Clock::time_point begin = Clock::now();
+  check_motion(records);
   const Crew crew(settings.threads);
   Identification found;
   Model recursive;
@@ -197,6 +212,7 @@ FitSummary fit_summary(const Model& model, const std::vector<Record>& records,
 FitSummary fit_summary(const Model& model, const std::vector<Record>& records,
                        const IdentifySettings& settings, const Model& recursive) {
   const Clock::time_point begin = Clock::now();
+  check_motion(records);
   const Crew crew(settings.threads);
   return better_of(identify(model, records, settings), recursive, records, settings, begin);
 }
@@ -254,6 +270,7 @@ std::string fit_text(const FitSummary& s) {
   text += fmt::format("  {}, FPE {:.5g}, AIC {:.6g}, BIC {:.6g}\n",
                       simulation_text(found.fit_percent, found.mse, found.free), found.fpe,
                       found.aic, found.bic);
+  if (!found.noise) text += hopeless_text(found.fit_percent, 0.0);
   if (found.noise)
     text += fmt::format(
         "  predicted one sample ahead: RMSE {:.4g} rad/s, correlated up to {:.2f}; noise of the "
