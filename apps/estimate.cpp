@@ -230,6 +230,7 @@ void check_options(const EstimateOptions& o) {
   if (!std::ranges::is_sorted(o.cuts)) throw InputError("--score-cuts: times must rise");
   if (o.score && !o.report.json.empty())
     throw InputError("--score: prints JSON of its own; leave --json out");
+  if (o.score && o.save == "-") throw InputError("--save: standard output is taken by --score");
   if (o.passes > 1 && o.stream.follow)
     throw InputError("--passes: a file that is followed has no end");
   if (o.passes > 1 && o.input == "-")

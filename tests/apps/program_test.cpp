@@ -158,6 +158,7 @@ TEST_F(Program, OneOutputAtMostTakesStandardOutputAndThenAlone) {
   for (const char* command : {"", "fit --iterations 1 ", "compare "})
     expect_refused(fmt::format("{}a.csv --save - --json -", command),
                    "--json: standard output is taken by --save");
+  expect_refused("a.csv --score --save -", "--save: standard output is taken by --score");
   expect_refused("evaluate a.csv --rows - --json -", "--json: standard output is taken by --rows");
   EXPECT_EQ(run("evaluate a.csv --rows -").output.find("residual: "), std::string::npos);
   for (const char* command : {"", "fit --iterations 1 "})

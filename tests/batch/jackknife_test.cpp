@@ -29,6 +29,20 @@ std::vector<double> block_deviations(const std::vector<Record>& records) {
   return sd;
 }
 
+/// A spring that is softer than it may be, and nothing else that could move in its place.
+TEST(Jackknife, LeavesWhatPressesAgainstItsBoundThere) {
+  Model model = published_estimate();
+  for (Parameter& p : model.parameters) p.known = p.name != "k_a";
+  Parameter& stiffness = model.parameter("k_a");
+  stiffness.lower = 1.05 * stiffness.value;
+  stiffness.value = 1.09 * stiffness.value;
+  IdentifySettings settings;
+  settings.initial.free.clear();
+  const Identification found = identify(model, {experiment(3000)}, settings);
+  ASSERT_TRUE(found.parameters[0].on_bound);
+  EXPECT_LT(found.parameters[0].block_sd, 0.1);  // N.m/rad, by the parts without which it is free
+}
+
 /// Parts that are as long as each other would leave all that tells anything in one of them.
 TEST(Jackknife, DoesNotMindThatAnArmStandsStillForLong) {
   const Record moving = experiment(3000);

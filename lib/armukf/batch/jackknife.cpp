@@ -67,35 +67,29 @@ std::vector<double> stepped(const NormalEquations& equations, const Variables& v
                             int count) {
   const Index n = equations.slope.size();
   Eigen::VectorXd step = Eigen::VectorXd::Zero(n);
-  std::vector<bool> fixed(n, false);
-  std::vector<double> z(count);
-  for (bool all_inside = false; !all_inside;) {
-    std::vector<Index> moved;
-    for (Index i = 0; i < n; ++i)
-      if (!fixed[i]) moved.push_back(i);
-    Eigen::VectorXd stays = step;
-    for (const Index i : moved) stays[i] = 0.0;
-    const Eigen::VectorXd slope = equations.slope + equations.information * stays;
+  std::vector<Index> moved(n);
+  std::iota(moved.begin(), moved.end(), Index{0});
+  std::vector<bool> told(n, true);
+  for (bool goes_on = true; goes_on && !moved.empty();) {
+    for (const Index i : moved) step[i] = 0.0;
+    const Eigen::VectorXd slope = equations.slope + equations.information * step;
     Eigen::MatrixXd inverse = inverted(equations.information(moved, moved));
-    std::vector<bool> told(n, true);
     for (std::size_t k = 0; k < moved.size(); ++k) {
       const auto row = static_cast<Index>(k);
       told[moved[k]] = std::isfinite(inverse(row, row));
       if (!told[moved[k]]) inverse(row, row) = 0.0;
     }
     step(moved) = -inverse * slope(moved);
-    all_inside = true;
-    for (int i = 0; i < count; ++i) {
-      z[i] = variables.start[i] + step[i];
-      if (!told[i]) z[i] = kInfinite;
-      if (fixed[i] || !told[i]) continue;
-      const double inside = std::clamp(z[i], variables.lower[i], variables.upper[i]);
-      if (inside == z[i]) continue;
-      fixed[i] = true;
-      step[i] = inside - variables.start[i];
-      all_inside = false;
-    }
+    goes_on = std::erase_if(moved, [&](Index i) {
+                if (i >= count || !told[i]) return false;
+                const double z = variables.start[i] + step[i];
+                const double inside = std::clamp(z, variables.lower[i], variables.upper[i]);
+                if (inside != z) step[i] = inside - variables.start[i];
+                return inside != z;
+              }) > 0;
   }
+  std::vector<double> z(count);
+  for (int i = 0; i < count; ++i) z[i] = told[i] ? variables.start[i] + step[i] : kInfinite;
   return z;
 }
 
