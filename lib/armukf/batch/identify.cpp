@@ -295,7 +295,7 @@ Identification identify_pieces(const Model& model, const std::vector<Record>& re
   if (found.noise) result.noise = noise_of(found, error, at);
   std::vector<double> block_sd;
   if (settings.jackknife && std::isfinite(best.cost) && at.valid)
-    block_sd = jackknife_deviations({error, best.z, at, result.model, records, !found.gains.empty(),
+    block_sd = jackknife_deviations({error, best.z, at, records, !found.gains.empty(),
                                      settings.propagation, result.huber_scale});
   report_parameters(spread, block_sd, result);
   report_experiments(records, settings, initial, result);

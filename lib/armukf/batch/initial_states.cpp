@@ -13,11 +13,6 @@
 namespace armukf {
 namespace {
 
-Model all_known(Model model) {
-  for (Parameter& p : model.parameters) p.known = true;
-  return model;
-}
-
 /// Sum of squared errors that is left when all free states but that one are fitted to the
 /// linearised error there; infinite where the record cannot be simulated.
 double promised(const OutputError::Evaluation& at, Eigen::Index kept) {
@@ -94,6 +89,11 @@ std::vector<double> by_first_moments(const Model& known, const InitialChoice& ch
 }
 
 }  // namespace
+
+Model all_known(Model model) {
+  for (Parameter& p : model.parameters) p.known = true;
+  return model;
+}
 
 InitialStates fit_initial_states(const Model& model, const InitialChoice& choice,
                                  const std::vector<Sample>& samples, const Propagation& propagation,

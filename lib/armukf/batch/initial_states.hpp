@@ -18,6 +18,9 @@ struct InitialStates {
   std::vector<double> sd;
 };
 
+/// The model with its values and no unknowns: for searches of initial states alone.
+Model all_known(Model model);
+
 /// Least-squares estimate of the free initial states, the parameters as given. Angles and phases of
 /// effects (cycles_of), of which no record tells where they begin, are looked for over their whole
 /// period. Where the search fails, x0 is the initial guess. from: where a search begins beside the

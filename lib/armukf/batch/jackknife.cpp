@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "armukf/batch/sensitivity.hpp"
+#include "armukf/batch/initial_states.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/parallel.hpp"
 #include "armukf/fit/loss.hpp"
@@ -94,22 +94,14 @@ std::vector<double> stepped(const NormalEquations& equations, const Variables& v
 }
 
 /// Derivatives of a simulation's residuals by the states at its first sample, as they count.
-JacobianMatrix by_states(const EndedFit& fit, const std::vector<double>& x,
-                         const std::vector<Sample>& samples) {
-  Directions states;
-  states.initial_states.resize(x.size());
-  std::iota(states.initial_states.begin(), states.initial_states.end(), 0);
-  Sensitivities found = sensitivities(fit.model, x, samples, fit.propagation, states);
-  Eigen::VectorXd r(found.gradient.rows());
-  for (std::size_t k = 0; k < samples.size(); ++k) {
-    const auto row = static_cast<Index>(k);
-    r[row] = found.y[k] - samples[k].y;
-    if (!std::isnan(r[row])) continue;
-    r[row] = 0.0;
-    found.gradient.row(row).setZero();
-  }
-  soften(fit.huber_scale, r, found.gradient);
-  return std::move(found.gradient);
+JacobianMatrix by_states(const EndedFit& fit, const Model& known, const std::vector<double>& x,
+                         std::vector<Sample> samples) {
+  const std::vector<Record> piece{{"", std::move(samples)}};
+  const InitialChoice choice = all_free(known);
+  OutputError::Evaluation at =
+      OutputError(known, piece, choice, fit.propagation).evaluate(x.data());
+  soften(fit.huber_scale, at.r, at.J);
+  return std::move(at.J);
 }
 
 }  // namespace
@@ -124,10 +116,10 @@ std::vector<double> jackknife_deviations(const EndedFit& fit) {
   const std::vector<Stretch> stretches = fit.error.stretches();
   const Variables variables =
       fit.error.variables_of_model(fit.error.initial_states_at(fit.variables.data()));
+  const Model known = all_known(fit.error.model_at(fit.variables.data()));
   std::vector<std::vector<std::vector<double>>> states;
   for (int e = 0; !fit.predicts && e < static_cast<int>(fit.records.size()); ++e)
-    states.push_back(simulate_states(fit.model,
-                                     fit.error.initial_states_at(fit.variables.data(), e),
+    states.push_back(simulate_states(known, fit.error.initial_states_at(fit.variables.data(), e),
                                      fit.records[e].samples, fit.propagation));
   const int unknowns = fit.error.unknowns();
   const std::vector<Index> ends = ends_of_parts(J, all, unknowns);
@@ -142,8 +134,8 @@ std::vector<double> jackknife_deviations(const EndedFit& fit) {
       const Index last = first + stretches[e].count;
       if (!(first < end && end < last)) continue;  // the part does not end within this record
       const std::vector<Sample>& samples = fit.records[e].samples;
-      const JacobianMatrix B =
-          by_states(fit, states[e][end - first], {samples.begin() + (end - first), samples.end()});
+      const JacobianMatrix B = by_states(fit, known, states[e][end - first],
+                                         {samples.begin() + (end - first), samples.end()});
       equations.let_begin_anew(J.middleRows(end, last - end), B, r.segment(end, last - end));
     }
     found[part] = stepped(equations, variables, unknowns);

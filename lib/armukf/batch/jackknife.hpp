@@ -15,7 +15,6 @@ struct EndedFit {
   const OutputError& error;
   const std::vector<double>& variables;  // of the error, where the search has ended
   const OutputError::Evaluation& at;     // the error there
-  const Model& model;                    // with the values found
   const std::vector<Record>& records;
   bool predicts;  // with gains
   const Propagation& propagation;

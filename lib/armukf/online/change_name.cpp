@@ -20,8 +20,7 @@ double TriedChange::statistic() const {
 
 double TriedChange::evidence() const {
   if (!std::isfinite(trial.statistic)) return -kInfinite;
-  constexpr double kFreedom =
-      3.0;  // of Student's t: what changes by ten usual sizes is rare, no more
+  constexpr double kFreedom = 3.0;  // of Student's t: ten usual sizes are rare, no more
   const double v = sd() * sd();
   const double size =
       (kFreedom + 1.0) * std::log1p(trial.amount * trial.amount / (1.0 + v) / kFreedom);
