@@ -208,7 +208,7 @@ TEST_F(Stream, CheckpointIsRefusedWithAReason) {
   std::string newer = whole;
   newer[8] = 9;
   put("c", newer);
-  expect_refused("a.csv --resume c", "c: is of version 9; this program knows version 7");
+  expect_refused("a.csv --resume c", "c: is of version 9; this program knows version 8");
   expect_refused("a.csv --passes 2 --checkpoint c",
                  "--checkpoint, --resume: neither with --passes nor with --score");
 }

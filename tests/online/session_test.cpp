@@ -244,6 +244,29 @@ void expect_sound(const Belief& belief, const std::string& what) {
   for (const double sd : belief.deviations) EXPECT_TRUE(std::isfinite(sd) && sd > 0.0) << what;
 }
 
+/// As much as `diagnose` may ever leave.
+Model largest_model() {
+  Model model = published_arm();
+  for (Parameter& p : model.parameters) p.known = false;
+  for (int number = 1; model.has_room_for("flexible_mode_arm"); ++number)
+    model.add_effect(fmt::format("flexible_mode_arm:{}", number));
+  for (const std::string_view effect : effect_names())
+    if (model.has_room_for(effect)) model.add_effect(effect);
+  return model;
+}
+
+TEST_P(Filter, TakesTheLargestModelThatThereIs) {
+  Model model = largest_model();
+  ASSERT_EQ(model.states.size(), kMaxStates);
+  ASSERT_EQ(model.unknowns().size(), kMaxUnknowns);
+  samples_.resize(40);
+  Session session(model, settings_);
+  expect_sound(run(session, samples_), "largest");
+  ASSERT_FALSE(model.has_room_for("torque_gain:2"));
+  model.add_effect("torque_gain:2");
+  EXPECT_THROW(Session(model, settings_), InputError);
+}
+
 TEST_P(Filter, StaysSoundWhateverASampleHolds) {
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const Belief before = run(session_, samples_);

@@ -127,8 +127,15 @@ bool Model::has_effect(std::string_view name) const {
 
 bool Model::has_room_for(std::string_view name, std::size_t times) const {
   const CataloguedEffect effect = find_effect(parse_effect_name(name).kind);
+  const auto unknown_of = [](const auto& all) {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(all, [](const auto& p) { return !p.known; }));
+  };
+  const auto freed = static_cast<std::size_t>(std::ranges::count_if(
+      freed_by(effect), [&](std::string_view p) { return parameter(p).known; }));
   return states.size() + times * states_of(effect).size() <= kMaxStates &&
-         parameters.size() + times * parameters_of(effect).size() <= kMaxParameters;
+         parameters.size() + times * parameters_of(effect).size() <= kMaxParameters &&
+         unknown_of(parameters) + times * unknown_of(parameters_of(effect)) + freed <= kMaxUnknowns;
 }
 
 void Model::add_effect(std::string_view name) {

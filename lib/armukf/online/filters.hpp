@@ -83,7 +83,8 @@ using ColouredShape = FixedShape<kArmStates + kColourStates, kPublishedUnknowns>
 /// A few more unknowns and effects.
 using CompletedShape = BoundedShape<10, 24>;
 /// Any other choice of them.
-using AnyShape = BoundedShape<kMaxStates, 39>;
+using AnyShape =
+    BoundedShape<kMaxStates + kColourStates, kMaxStates + kColourStates + kMaxUnknowns>;
 
 /// Calls visit(shape) with the shape of the belief about this model, which may hold coloured noise
 /// beside the model's states; all calls return the same type.
@@ -92,9 +93,9 @@ auto with_shape(const Model& model, const FreeCoordinates& coordinates, bool col
                 Visit visit) {
   const int states = static_cast<int>(model.states.size()) + (coloured ? kColourStates : 0);
   const int size = states + coordinates.size();
-  if (size > AnyShape::kSize)
-    throw InputError(fmt::format("{} states and unknown parameters; the filter takes at most {}",
-                                 size, AnyShape::kSize));
+  if (coordinates.size() > kMaxUnknowns)
+    throw InputError(fmt::format("{} unknown parameters; the filter takes at most {}",
+                                 coordinates.size(), kMaxUnknowns));
   if (states == PublishedShape::kStates && size == PublishedShape::kSize)
     return visit(PublishedShape{});
   if (states == ColouredShape::kStates && size == ColouredShape::kSize && coloured)

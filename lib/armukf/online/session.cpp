@@ -30,19 +30,15 @@ std::variant<Runner<F>...> runner_of(TypeList<F...>);
 using AnyRunner = decltype(runner_of(FilterTypes<PublishedShape>() + FilterTypes<ColouredShape>() +
                                      FilterTypes<CompletedShape>() + FilterTypes<AnyShape>()));
 
-/// Whether the noise is to be learnt, and a belief about this model has room for it.
-bool is_coloured(const Model& model, const FreeCoordinates& coordinates,
-                 const EstimatorSettings& settings) {
-  const int states = static_cast<int>(model.states.size()) + kColourStates;
+/// Whether the noises, which have colours, are to be learnt.
+bool learns_noise(const EstimatorSettings& settings) {
   return !is_adaptive(settings.filter) && settings.noise.model_error.gain > 0.0 &&
-         settings.noise.learning.most_torque > 0.0 && states <= AnyShape::kStates &&
-         states + coordinates.size() <= AnyShape::kSize;
+         settings.noise.learning.most_torque > 0.0;
 }
 
 AnyRunner make_runner(const Model& model, const FreeCoordinates& coordinates,
                       const EstimatorSettings& settings) {
-  const bool coloured = is_coloured(model, coordinates, settings);
-  return with_shape(model, coordinates, coloured, [&](auto shape) {
+  return with_shape(model, coordinates, learns_noise(settings), [&](auto shape) {
     return with_filter("an estimate", Filters<decltype(shape)>(), kind_of(settings.filter), shape,
                        settings.spread, [&](auto filter) -> AnyRunner {
                          return Runner(Engine(model, coordinates, settings, filter), settings.gate);
@@ -219,7 +215,7 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
         runners.back());
   }
   raced = runners.size() == 1;
-  if (is_coloured(model, coordinates, settings) && !settings.belief) {
+  if (learns_noise(settings) && !settings.belief) {
     beginning.reserve(kMostBeginning);
     keeps_beginning = true;
   }
