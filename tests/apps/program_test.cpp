@@ -145,6 +145,14 @@ TEST_F(Program, ColumnsNameTheHeader) {
   EXPECT_NE(made.output.find("\ntime,torque,speed\n"), std::string::npos);
 }
 
+TEST_F(Program, EvaluationOfTooFewSamplesSaysSo) {
+  put("one.csv", "t,u,y\n0,1,2\n");
+  const Outcome outcome = run("evaluate one.csv");
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_NE(outcome.output.find("residual: too few samples"), std::string::npos) << outcome.output;
+  EXPECT_EQ(outcome.output.find("nan"), std::string::npos) << outcome.output;
+}
+
 TEST_F(Program, FailedOutputIsStatusOneAndLeavesNothing) {
   const Outcome full = run("simulate -o /dev/full --samples 200 --experiment validation3");
   EXPECT_EQ(full.status, 1);

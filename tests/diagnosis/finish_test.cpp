@@ -24,6 +24,7 @@ struct Unfinished {
   Explained now;
   Held held;
   Simulated without_any;
+  std::vector<std::string> none_of;
 
   Unfinished(const Model& truth, const std::vector<std::string>& effects) {
     records.estimation = {noisy_record(truth, 4000, 0.05, 0.3, 7)};
@@ -46,7 +47,10 @@ struct Unfinished {
 
   /// least: (rad/s)^2, of models with none of the effects, with one ...
   Simulated finish(const std::vector<double>& least) {
-    return finished({base, bases, records, settings}, without_any, least, diagnosis, now, held);
+    Finished end =
+        finished({base, bases, records, settings}, without_any, least, diagnosis, now, held);
+    none_of = std::move(end.none_of);
+    return std::move(end.simulated);
   }
 };
 
@@ -83,6 +87,15 @@ TEST(Finished, HasNoEffectThatIsWithinSoManyOfItsDeviations) {
   EXPECT_TRUE(found.diagnosis.effects.empty());
   EXPECT_EQ(found.diagnosis.candidates[0].refused_because,
             "the completed model has none of it beyond its deviation");
+  EXPECT_EQ(found.none_of, std::vector<std::string>{"torque_bias"});
+}
+
+/// What follows something that the catalogue does not have leaves no place to another.
+TEST(Finished, HasNothingToLookForInPlaceOfWhatLedAstray) {
+  Unfinished found(biased(), {"torque_bias"});
+  found.finish({0.0});
+  EXPECT_TRUE(found.diagnosis.effects.empty());
+  EXPECT_TRUE(found.none_of.empty());
 }
 
 /// Its size is hard to tell from other parameters, and yet something is missing without it.

@@ -243,10 +243,11 @@ double error_so_far(const Explained& now, const TraceRecords& records) {
       .mse;
 }
 
-Simulated finished(const Completing& completing, const Simulated& without_any,
-                   const std::vector<double>& errors, Diagnosis& diagnosis, Explained& now,
-                   Held& held) {
+Finished finished(const Completing& completing, const Simulated& without_any,
+                  const std::vector<double>& errors, Diagnosis& diagnosis, Explained& now,
+                  Held& held) {
   const TraceRecords& records = completing.records;
+  std::vector<std::string> none_of;
   const auto go_on_without = [&](std::size_t place, Explained rest, const std::string& reason) {
     now = std::move(rest);
     take_out(place, reason, completing.base, diagnosis, held);
@@ -255,6 +256,7 @@ Simulated finished(const Completing& completing, const Simulated& without_any,
     Simulated simulated{refined(now, held, records), {}};
     simulated.validation = judged(simulated.estimation, records);
     if (auto none = none_of_these(completing, diagnosis, now, held, without_any, simulated)) {
+      none_of.push_back(diagnosis.effects[none->place].effect);
       go_on_without(none->place, std::move(none->rest),
                     "the completed model has none of it beyond its deviation");
       continue;
@@ -262,14 +264,16 @@ Simulated finished(const Completing& completing, const Simulated& without_any,
     const double error = simulated.validation.mse;
     const double least = *std::ranges::min_element(
         errors.begin(), errors.begin() + std::min(errors.size(), diagnosis.effects.size()));
-    if (does_as_well(error, least, completing.settings.most_harm_of_all)) return simulated;
+    if (does_as_well(error, least, completing.settings.most_harm_of_all))
+      return {std::move(simulated), std::move(none_of)};
+    none_of.clear();
     auto [place, rest] = least_missed(completing, diagnosis, now);
     go_on_without(place, std::move(rest),
                   fmt::format("leads the completed model astray: on what it was not fitted to its "
                               "error is {:.3g} (rad/s)^2, with fewer effects it was {:.3g}",
                               error, least));
   }
-  return without_any;
+  return {without_any, std::move(none_of)};
 }
 
 }  // namespace armukf

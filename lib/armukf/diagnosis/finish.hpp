@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "armukf/diagnosis/acceptance_settings.hpp"
@@ -22,6 +23,14 @@ struct Simulated {
   FittedModel validation;
 };
 
+/// The completed model in the end.
+struct Finished {
+  Simulated simulated;
+  /// Effects that it turned out to have none of, so that something else may be in their place;
+  /// nothing where others were led astray.
+  std::vector<std::string> none_of;
+};
+
 /// As it is, but for the initial states.
 FittedModel plain(const Explained& now, const TraceRecords& records);
 
@@ -38,8 +47,8 @@ double error_so_far(const Explained& now, const TraceRecords& records);
 /// have, and would lead the model astray on other records: that goes without which the others err
 /// least, until that is over or none is left. errors: (rad/s)^2, the least one there of models with
 /// none of the effects, with one, with two ...; without_any: the model without.
-Simulated finished(const Completing& completing, const Simulated& without_any,
-                   const std::vector<double>& errors, Diagnosis& diagnosis, Explained& now,
-                   Held& held);
+Finished finished(const Completing& completing, const Simulated& without_any,
+                  const std::vector<double>& errors, Diagnosis& diagnosis, Explained& now,
+                  Held& held);
 
 }  // namespace armukf

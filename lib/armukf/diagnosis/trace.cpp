@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <optional>
 #include <set>
@@ -260,6 +261,89 @@ Standing with_effect(const Standing& before, const Named& chosen, const Completi
   return with;
 }
 
+/// The search for effects as far as it has come.
+struct Search {
+  Diagnosis diagnosis;
+  Standing standing;
+  std::vector<double> errors;       // the least with none of the effects, with one, with two ...
+  std::set<std::string> dismissed;  // effects that a completed model had none of
+  Rivals to_weigh;
+  bool all_weighed = false;  // each with all others there
+  int rounds = 0;
+};
+
+using Say = std::function<void(std::string_view stage, double share)>;
+
+/// Adds effect after effect until a round finds none.
+void add_effects(Search& search, const Completing& completing, const Bases& first, int most_rounds,
+                 const Say& say) {
+  const TraceRecords& records = completing.records;
+  const AcceptanceSettings& settings = completing.settings;
+  Standing& standing = search.standing;
+  std::set<std::string> set_aside = search.dismissed;  // until another effect is found
+  while (search.rounds < most_rounds) {
+    const int round = ++search.rounds;
+    say(fmt::format("round {}", round), static_cast<double>(round) / (most_rounds + 2));
+    Contest found =
+        looked_for({suggested_by(standing.simulated, records.estimation, records.propagation),
+                    records, settings, set_aside},
+                   standing);
+    const Refit* best = best_found(found.refits);
+    if (best == nullptr) return note(found, nullptr, round, search.diagnosis.candidates);
+    const Named chosen =
+        named(*best, found.refits, standing.now.fit.model, standing.held, records, settings);
+    const std::string& effect = chosen.refit->trial.effect;
+    Diagnosis completed = search.diagnosis;
+    Standing with = with_effect(standing, chosen, completing, first, completed);
+    const std::string reason = against_simulation(
+        standing.error, with.error,
+        search.diagnosis.validated ? "the validation record" : "blocks left out of the fit",
+        settings);
+    if (!reason.empty()) {
+      set_aside.insert(effect);
+      found.refits[chosen.refit - found.refits.data()].refusal = reason;
+      note(found, nullptr, round, search.diagnosis.candidates);
+      continue;
+    }
+    set_aside = search.dismissed;
+    note(found, chosen.refit, round, completed.candidates);
+    const std::size_t effects = search.diagnosis.effects.size();
+    search.errors.resize(std::max(search.errors.size(), effects + 1), kInfinite);
+    search.errors[effects] = std::min(search.errors[effects], standing.error);
+    search.diagnosis = std::move(completed);
+    standing = std::move(with);
+    search.all_weighed = chosen.weighed && search.diagnosis.effects.size() == 1;
+    search.to_weigh[effect] = chosen.rivals;
+  }
+}
+
+/// The completed model. An effect that it has none of has stood where another might: what explained
+/// less in that round is looked at once more.
+Simulated completed(Search& search, const Completing& completing, const Bases& first,
+                    const Simulated& without_any, int most_effects, const Say& say) {
+  Diagnosis& diagnosis = search.diagnosis;
+  Standing& standing = search.standing;
+  for (;;) {
+    const int most_rounds = most_effects + static_cast<int>(search.dismissed.size());
+    add_effects(search, completing, first, most_rounds, say);
+    if (diagnosis.effects.empty()) return without_any;
+    say("removal", 0.9);
+    remove_idle(completing, diagnosis, standing.now, standing.held);
+    say("names", 0.93);
+    if (!search.all_weighed)
+      weigh_names(completing.base, search.to_weigh, completing.records, completing.settings,
+                  diagnosis, standing.now, standing.held);
+    Finished finish =
+        finished(completing, without_any, search.errors, diagnosis, standing.now, standing.held);
+    if (finish.none_of.empty()) return std::move(finish.simulated);
+    search.dismissed.insert(finish.none_of.begin(), finish.none_of.end());
+    standing.bases = {standing.now.fit};
+    standing.simulated = plain(standing.now, completing.records);
+    standing.error = error_so_far(standing.now, completing.records);
+    standing.noise_hopeless = false;
+  }
+}
+
 struct Traced {
   Diagnosis diagnosis;
   bool more_there = false;  // whether more is left of the validation records
@@ -271,9 +355,9 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   const auto say = [&](std::string_view stage, double share) {
     if (progress) progress(stage, share);
   };
-  Traced result;
-  Diagnosis& diagnosis = result.diagnosis;
   say("base fit", 0.0);
+  Search search;
+  Diagnosis& diagnosis = search.diagnosis;
   diagnosis.base = base_fit(model, records.estimation, records.propagation);
   const Bases first = bases_of(model, diagnosis.base.best.model, records);
   add_start(first.best, records, diagnosis.base);
@@ -282,65 +366,18 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   diagnosis.validated = records.validation_judges();
   diagnosis.judges =
       diagnosis.validated ? records.validation : blocks_of(records.estimation).pieces;
-  Simulated simulated{diagnosis.base.best, judged(diagnosis.base.best, records)};
-  check_fit(simulated.validation,
+  const Simulated without_any{diagnosis.base.best, judged(diagnosis.base.best, records)};
+  check_fit(without_any.validation,
             diagnosis.validated ? first.best.validation : first.best.estimation, diagnosis.judges,
             fmt::format("the model fitted to {}", records.estimation.front().name));
-  diagnosis.base_validation = simulated.validation;
-  const Simulated without_any = simulated;
-  Standing standing{
+  diagnosis.base_validation = without_any.validation;
+  search.standing = {
       first.best, first.all, {}, diagnosis.base.best, error_so_far(first.best, records)};
-  // The least with none of the effects, with one, with two ...
-  std::vector<double> errors{simulated.validation.mse};
+  search.errors = {without_any.validation.mse};
   const Model base = first.best.fit.model;
   const Completing completing{base, first.minima, records, settings.acceptance};
-  std::set<std::string> set_aside;  // until another effect is found
-  Rivals to_weigh;
-  bool all_weighed = false;  // each with all others there
-  for (int round = 1; round <= settings.most_effects; ++round) {
-    say(fmt::format("round {}", round), static_cast<double>(round) / (settings.most_effects + 2));
-    Contest found =
-        looked_for({suggested_by(standing.simulated, records.estimation, records.propagation),
-                    records, settings.acceptance, set_aside},
-                   standing);
-    const Refit* best = best_found(found.refits);
-    if (best == nullptr) {
-      note(found, nullptr, round, diagnosis.candidates);
-      break;
-    }
-    const Named chosen = named(*best, found.refits, standing.now.fit.model, standing.held, records,
-                               settings.acceptance);
-    const std::string& effect = chosen.refit->trial.effect;
-    Diagnosis completed = diagnosis;
-    Standing with = with_effect(standing, chosen, completing, first, completed);
-    const std::string reason = against_simulation(
-        standing.error, with.error,
-        diagnosis.validated ? "the validation record" : "blocks left out of the fit",
-        settings.acceptance);
-    if (!reason.empty()) {
-      set_aside.insert(effect);
-      found.refits[chosen.refit - found.refits.data()].refusal = reason;
-      note(found, nullptr, round, diagnosis.candidates);
-      continue;
-    }
-    set_aside.clear();
-    note(found, chosen.refit, round, completed.candidates);
-    errors.resize(std::max(errors.size(), diagnosis.effects.size() + 1), kInfinite);
-    double& least = errors[diagnosis.effects.size()];
-    least = std::min(least, standing.error);
-    diagnosis = std::move(completed);
-    standing = std::move(with);
-    all_weighed = chosen.weighed && diagnosis.effects.size() == 1;
-    to_weigh[effect] = chosen.rivals;
-  }
-  Explained& now = standing.now;
-  Held& held = standing.held;
-  say("removal", 0.9);
-  remove_idle(completing, diagnosis, now, held);
-  say("names", 0.93);
-  if (!all_weighed) weigh_names(base, to_weigh, records, settings.acceptance, diagnosis, now, held);
-  if (!diagnosis.effects.empty())
-    simulated = finished(completing, without_any, errors, diagnosis, now, held);
+  const Simulated simulated =
+      completed(search, completing, first, without_any, settings.most_effects, say);
   say("what is left", 0.95);
   diagnosis.after = simulated.estimation;
   diagnosis.after_validation = simulated.validation;
@@ -360,7 +397,7 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   diagnosis.unexplained = left_of(simulated.estimation, records.estimation, records.propagation);
   const std::vector<std::string> there = more_left(simulated, records);
   std::ranges::copy(there, std::back_inserter(diagnosis.unexplained));
-  result.more_there = !there.empty();
+  const Explained& now = search.standing.now;
   diagnosis.consistency = consistency_of(now, records);
   for (std::string& text : disagreements(diagnosis.consistency, now.fit.model))
     diagnosis.unexplained.push_back(std::move(text));
@@ -369,7 +406,7 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   } else if (!diagnosis.unexplained.empty()) {
     diagnosis.verdict = Verdict::kUnexplained;
   }
-  return result;
+  return {std::move(diagnosis), !there.empty()};
 }
 
 }  // namespace

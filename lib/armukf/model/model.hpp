@@ -10,8 +10,8 @@
 
 namespace armukf {
 
-/// Most states and parameters that a model with effects may have, and most unknowns among these that
-/// a filter takes; fixed buffers hold them.
+/// Most states and parameters that a model with effects may have, and most unknowns among these
+/// that a filter takes; fixed buffers hold them.
 inline constexpr int kMaxStates = 16;
 inline constexpr int kMaxParameters = 64;
 inline constexpr int kMaxUnknowns = 45;
@@ -60,8 +60,8 @@ struct Model {
   /// where there is no such effect, or where a second one would do what the first does.
   void add_effect(std::string_view name);
 
-  /// Whether the model can hold the effect, so many times, besides what it has, and a filter what is
-  /// then unknown.
+  /// Whether the model can hold the effect, so many times, besides what it has, and a filter what
+  /// is then unknown.
   bool has_room_for(std::string_view name, std::size_t times = 1) const;
 
   /// Takes an effect out again, with its states and parameters. Parameters of the arm that it had

@@ -322,6 +322,10 @@ std::string evaluation_text(const EvaluationSummary& s) {
     text += experiment_line(e.experiment);
     text += initial_line(s.model, e.experiment.fit.initial);
     if (!std::isfinite(e.experiment.fit.mse)) continue;
+    if (std::isnan(e.residual.ljung_box_p)) {
+      text += "    residual: too few samples to test whether it is white\n";
+      continue;
+    }
     text += fmt::format(
         "    residual: Ljung-Box p {:.2g}; of {} autocorrelations {} and of {} correlations with "
         "the input {} outside of the 99 % band\n",
