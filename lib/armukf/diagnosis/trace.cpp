@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <iterator>
 #include <optional>
 #include <set>
@@ -232,6 +231,18 @@ void note(const Contest& round, const Refit* chosen, int number,
   }
 }
 
+/// What the next round needs beside `now`.
+void go_on_from_now(Standing& standing, const TraceRecords& records) {
+  standing.bases = {standing.now.fit};
+  for_each_job(2, [&](int i) {
+    if (i == 0) {
+      standing.error = error_so_far(standing.now, records);
+    } else {
+      standing.simulated = plain(standing.now, records);
+    }
+  });
+}
+
 /// With the effect that a round has chosen; the diagnosis as it is then.
 Standing with_effect(const Standing& before, const Named& chosen, const Completing& completing,
                      const Bases& first, Diagnosis& diagnosis) {
@@ -249,14 +260,7 @@ Standing with_effect(const Standing& before, const Named& chosen, const Completi
   with.noise_hopeless =
       chosen.noise_hopeless &&
       with.now.estimation.level() > refit.explained.estimation.level() - kFarBetter;
-  with.bases = {with.now.fit};
-  for_each_job(2, [&](int i) {
-    if (i == 0) {
-      with.error = error_so_far(with.now, records);
-    } else {
-      with.simulated = plain(with.now, records);
-    }
-  });
+  go_on_from_now(with, records);
   diagnosis.effects.back().mse_reduction_percent = 100.0 * (1.0 - with.error / before.error);
   return with;
 }
@@ -272,11 +276,9 @@ struct Search {
   int rounds = 0;
 };
 
-using Say = std::function<void(std::string_view stage, double share)>;
-
 /// Adds effect after effect until a round finds none.
 void add_effects(Search& search, const Completing& completing, const Bases& first, int most_rounds,
-                 const Say& say) {
+                 const TraceProgress& say) {
   const TraceRecords& records = completing.records;
   const AcceptanceSettings& settings = completing.settings;
   Standing& standing = search.standing;
@@ -320,7 +322,7 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
 /// The completed model. An effect that it has none of has stood where another might: what explained
 /// less in that round is looked at once more.
 Simulated completed(Search& search, const Completing& completing, const Bases& first,
-                    const Simulated& without_any, int most_effects, const Say& say) {
+                    const Simulated& without_any, int most_effects, const TraceProgress& say) {
   Diagnosis& diagnosis = search.diagnosis;
   Standing& standing = search.standing;
   for (;;) {
@@ -337,9 +339,7 @@ Simulated completed(Search& search, const Completing& completing, const Bases& f
         finished(completing, without_any, search.errors, diagnosis, standing.now, standing.held);
     if (finish.none_of.empty()) return std::move(finish.simulated);
     search.dismissed.insert(finish.none_of.begin(), finish.none_of.end());
-    standing.bases = {standing.now.fit};
-    standing.simulated = plain(standing.now, completing.records);
-    standing.error = error_so_far(standing.now, completing.records);
+    go_on_from_now(standing, completing.records);
     standing.noise_hopeless = false;
   }
 }
