@@ -91,9 +91,7 @@ void diagnose(DiagnoseOptions& o) {
   write_report(o.report, diagnosis_text(summary), diagnosis_json(summary), {o.save, o.rows});
   if (!o.rows.empty())
     write_rows(o.rows, summary.diagnosis.judges, summary.diagnosis, o.settings.propagation);
-  if (!o.save.empty())
-    write_model_file(o.save,
-                     to_begin_with(with_fitted_spreads(summary.diagnosis.after), start.settings));
+  if (!o.save.empty()) write_model_file(o.save, completed_model(summary.diagnosis, start.settings));
 }
 
 }  // namespace

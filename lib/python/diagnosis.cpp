@@ -43,8 +43,7 @@ py::tuple diagnosed(const NamedRows& rows, const std::vector<NamedRows>& validat
   std::vector<Sample> judged;
   for (const Record& judge : found.judges)
     judged.insert(judged.end(), judge.samples.begin(), judge.samples.end());
-  return py::make_tuple(json, to_begin_with(with_fitted_spreads(found.after), start.settings),
-                        as_array(std::move(judged)),
+  return py::make_tuple(json, completed_model(found, start.settings), as_array(std::move(judged)),
                         as_array(std::move(found.base_validation.residual)),
                         as_array(std::move(found.after_validation.residual)));
 }

@@ -206,9 +206,9 @@ TEST_F(Stream, CheckpointIsRefusedWithAReason) {
   put("c", wrong);
   expect_refused("a.csv --resume c", "c: is damaged: its checksum is wrong");
   std::string newer = whole;
-  newer[8] = 9;
+  newer[8] = 10;
   put("c", newer);
-  expect_refused("a.csv --resume c", "c: is of version 9; this program knows version 8");
+  expect_refused("a.csv --resume c", "c: is of version 10; this program knows version 9");
   expect_refused("a.csv --passes 2 --checkpoint c",
                  "--checkpoint, --resume: neither with --passes nor with --score");
 }

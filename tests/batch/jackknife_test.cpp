@@ -2,12 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <random>
 #include <vector>
 
 #include "armukf/batch/experiment.hpp"
 #include "armukf/batch/identify.hpp"
+#include "armukf/core/constants.hpp"
 #include "batch/sensor_noise.hpp"
 
 namespace armukf {
@@ -27,6 +30,23 @@ std::vector<double> block_deviations(const std::vector<Record>& records) {
   for (const ParameterEstimate& p : identify(published_arm(), records, settings).parameters)
     sd.push_back(p.block_sd);
   return sd;
+}
+
+TEST(Jackknife, HasTheDeviationOfAMeanFromItsParts) {
+  constexpr double kFewParts = 1.895 / 1.645;
+  const std::array<double, kJackknifeBlocks> parts{1.0, 4.0, 2.0, 8.0, 5.0, 7.0, 1.5, 3.5};
+  double sum = 0.0;
+  for (const double part : parts) sum += part;
+  std::array<double, kJackknifeBlocks> without{};
+  double squares = 0.0;
+  for (int i = 0; i < kJackknifeBlocks; ++i) {
+    without[i] = (sum - parts[i]) / (kJackknifeBlocks - 1);
+    squares += std::pow(parts[i] - sum / kJackknifeBlocks, 2);
+  }
+  const double of_mean = std::sqrt(squares / (kJackknifeBlocks * (kJackknifeBlocks - 1.0)));
+  EXPECT_NEAR(jackknife_deviation(without), kFewParts * of_mean, 1e-12);
+  without[3] = kInfinite;
+  EXPECT_EQ(jackknife_deviation(without), kInfinite);
 }
 
 /// A spring that is softer than it may be, and nothing else that could move in its place.

@@ -169,6 +169,26 @@ Model saturated() {
   return truth;
 }
 
+TEST(WithDeviationsByBlocks, AreTheLargerOnesAndKeepTheirCorrelations) {
+  Simulated simulated;
+  for (const double sd : {1.0, 2.0})
+    simulated.estimation.parameters.push_back({0, 5.0, sd, sd, sd, sd, false});
+  simulated.validation.parameters = simulated.estimation.parameters;
+  simulated.validation.parameters[0].block_sd = 3.0;
+  simulated.validation.parameters[1].block_sd = 0.5;
+  simulated.estimation.covariance = SquareMatrix(2);
+  simulated.estimation.covariance(0, 0) = simulated.estimation.covariance(0, 1) =
+      simulated.estimation.covariance(1, 0) = 1.0;
+  simulated.estimation.covariance(1, 1) = 4.0;
+  const FittedModel fit = with_deviations_by_blocks(simulated, {});
+  EXPECT_EQ(fit.parameters[0].sd, 3.0);
+  EXPECT_EQ(fit.parameters[1].sd, 2.0);
+  EXPECT_EQ(fit.covariance(0, 0), 9.0);
+  EXPECT_EQ(fit.covariance(0, 1), 3.0);
+  EXPECT_EQ(fit.covariance(1, 0), 3.0);
+  EXPECT_EQ(fit.covariance(1, 1), 4.0);
+}
+
 TEST(Absorbed, ACurveOfTheTorqueStandsForAGainAltogether) {
   Unfinished found(saturated(), {"torque_gain", "torque_curve"});
   const ForesightFit both = found.now.fit;

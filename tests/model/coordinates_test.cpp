@@ -62,6 +62,42 @@ TEST(FreeCoordinates, LetAStartOnItsBoundLeave) {
   EXPECT_NEAR(p[kKg3], model.parameter("k_g3").scale, 1e-12);
 }
 
+/// A logarithm of what may be nothing would make of a deviation a part of a value, however small.
+TEST(FreeCoordinates, KnowASizeAsWellWhereItIsNearlyNothing) {
+  Model model = published_estimate();
+  model.add_effect("backlash");
+  const int backlash = model.index_of("backlash");
+  const double scale = model.parameters[backlash].scale;
+  const FreeCoordinates coordinates(model);
+  const int last = coordinates.size() - 1;
+  for (const double size : {0.8, 1e-2, 1e-5}) {
+    model.parameters[backlash].value = size * scale;
+    std::vector<double> sd(coordinates.size());
+    const auto covariance = [](int i, int j) { return i == j ? 0.04 : 0.0; };
+    coordinates.deviations(model.values().data(), covariance, sd.data());
+    EXPECT_NEAR(sd[last], 0.2 * scale, 1e-15) << size;
+  }
+}
+
+TEST(FreeCoordinates, KeepInsideWhatIsBeyondABound) {
+  Model model = published_estimate();
+  model.add_effect("backlash");
+  const Parameter& backlash = model.parameter("backlash");
+  const FreeCoordinates coordinates(model);
+  std::vector<double> z = coordinates.from_physical(model.values());
+  std::vector<double> p(model.parameters.size());
+  for (const double beyond : {-3.0, 1e3}) {
+    z.back() = beyond;
+    coordinates.to_physical(z.data(), p.data());
+    EXPECT_EQ(p.back(), beyond < 0.0 ? backlash.lower : backlash.upper);
+    coordinates.keep_inside(z.data());
+    coordinates.to_physical(z.data(), p.data());
+    EXPECT_NEAR(p.back(), beyond < 0.0 ? backlash.lower : backlash.upper, 1e-5 * backlash.scale);
+    // It is a value that was found, and stays.
+    EXPECT_NEAR(coordinates.from_physical(p).back(), z.back(), 1e-9);
+  }
+}
+
 TEST(FreeCoordinates, DeviationsAreThoseOfTheJacobian) {
   using Number = Dual<16>;
   std::mt19937_64 generator(9);

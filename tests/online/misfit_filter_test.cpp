@@ -30,6 +30,17 @@ class Resonance {
   std::normal_distribution<double> normal_;
 };
 
+/// What it tells of a size, first lane over second, stays.
+TEST(WeighDown, CountsWhatIsBeyondChanceTheLess) {
+  std::array<double, 2> usual{-2.9, 0.5};
+  weigh_down(usual);
+  EXPECT_EQ(usual, (std::array{-2.9, 0.5}));
+  std::array<double, 2> far{-12.0, 0.5};
+  weigh_down(far);
+  EXPECT_NEAR(far[0], -6.0, 1e-12);
+  EXPECT_NEAR(far[1], 0.25, 1e-12);
+}
+
 TEST(StepFilter, KeepsWhatIsConstantAndWhatIsSlow) {
   StepFilter filter(2, kSampleTime);
   int steps = 0;

@@ -370,6 +370,44 @@ TEST(Session, BelievesItsStartBeforeTheFirstSample) {
   }
 }
 
+/// A session that goes on from an earlier estimate of the arm's stiffness alone, so many times the
+/// true one, with a deviation of such a part of that. All else is known.
+struct GoingOn {
+  Model model = published_estimate();
+  int at = model.index_of("k_a");
+  double true_one = model.parameters[at].value;
+  EstimatorSettings settings;
+
+  GoingOn(std::string_view filter, double times, double part) : settings(settings_of(filter)) {
+    for (Parameter& p : model.parameters) p.known = p.name != "k_a";
+    model.parameters[at].value = times * true_one;
+    settings.belief = ParameterBelief{{"k_a"}, SquareMatrix(1), {}};
+    settings.belief->covariance(0, 0) = std::pow(part * times * true_one, 2);
+  }
+};
+
+TEST(Session, DoubtsWhatContradictsAnEarlierEstimate) {
+  for (const char* filter : {"ukf", "ekf"}) {
+    std::vector<double> sd;
+    for (const double times : {1.0, 1.1}) {
+      const GoingOn on(filter, times, 0.02);
+      Session session(on.model, on.settings);
+      run(session, record(16000));
+      sd.push_back(session.parameter_deviations()[on.at]);
+      EXPECT_NEAR(session.model().parameters[on.at].value, on.true_one, 2.0 * sd.back()) << filter;
+    }
+    EXPECT_GT(sd[1], 4.0 * sd[0]) << filter;
+  }
+}
+
+/// An earlier estimate that knows next to nothing of a logarithm is no reason to try arms that
+/// nobody has built.
+TEST(Session, DoubtsAnEarlierEstimateOnlySoFar) {
+  const GoingOn on("ukf", 1.0, 100.0);
+  EXPECT_NEAR(Session(on.model, on.settings).parameter_deviations()[on.at], 3.0 * on.true_one,
+              1e-9);
+}
+
 /// Settings under which a measurement that is believed costs likelihood: what is rejected and did
 /// not count would be the better start.
 EstimatorSettings costly_race(const std::vector<StartFactors>& starts) {

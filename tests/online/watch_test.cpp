@@ -107,8 +107,8 @@ std::vector<Sample> record(double duration, const Model& later, double bias = 0.
   return all;
 }
 
-std::vector<Event> events_of(const std::vector<Sample>& samples) {
-  const EstimatorSettings settings;
+std::vector<Event> events_of(const std::vector<Sample>& samples,
+                             const EstimatorSettings& settings = {}) {
   Session session(published_arm(), settings);
   Watch watch(published_arm(), settings);
   std::vector<Event> all;
@@ -210,6 +210,18 @@ TEST(Watch, KeepsWhatHasNotChanged) {
   for (const int i : found.unknowns())
     EXPECT_NEAR(found.parameters[i].value, truth.parameters[i].value, 3.5 * sd[i])
         << found.parameters[i].name;
+}
+
+/// What was not learnt as noise may be what the model lacks, of which some is now and then large.
+TEST(Watch, TakesAJoltForNoChangeOfAModelThatLacksSomething) {
+  constexpr double kJoltS = 0.03;
+  std::vector<Sample> samples = record(18.0, published_estimate());
+  for (Sample& s : samples)
+    if (const double since = s.t - kOnset; since >= 0.0 && since < kJoltS)
+      s.y += std::sin(std::numbers::pi * since / kJoltS);  // rad/s, ten times the sensor's noise
+  EstimatorSettings settings;
+  settings.noise.learning.most_torque = 0.0;
+  EXPECT_EQ(events_of(samples, settings).size(), 0U);
 }
 
 /// Gravity that the model lacks is small and slow enough to be taken for noise and for changes of

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 namespace armukf {
 namespace {
@@ -44,6 +45,27 @@ TEST(DiagnosisReport, ComparesBeforeAndAfterAlike) {
   EXPECT_TRUE(says(text, "validation: simulation MSE over measured angle, (rad/s)^2"));
   EXPECT_TRUE(says(text, "validation: free simulation MSE, (rad/s)^2"));
   EXPECT_TRUE(says(text, "validation error 50.0 % lower over the measured angle"));
+}
+
+/// What presses against a bound is not told.
+TEST(DiagnosisReport, SavesWhatIsBelievedOfTheCompletedModel) {
+  DiagnosisSummary s = summary(true);
+  FittedModel& after = s.diagnosis.after;
+  for (const char* name : {"k_a", "d_a"}) {
+    const int i = after.model.index_of(name);
+    after.parameters.push_back(
+        {i, after.model.parameters[i].value, 0.5, 0.5, 0.5, 0.5, name == std::string("d_a")});
+  }
+  after.covariance = SquareMatrix(2);
+  after.covariance(0, 0) = after.covariance(1, 1) = 0.25;
+  EstimatorSettings settings;
+  settings.belief = ParameterBelief{{"k_g1"}, SquareMatrix(1), {}};  // of other values
+  const std::string text = model_file_text(completed_model(s.diagnosis, settings));
+  const ModelFile read = parse_model_file(text, "completed.toml");
+  ASSERT_TRUE(read.settings.belief);
+  EXPECT_EQ(read.settings.belief->names, std::vector<std::string>{"k_a"});
+  EXPECT_EQ(read.settings.belief->covariance(0, 0), 0.25);
+  EXPECT_TRUE(read.model.has_effect("torque_ripple"));
 }
 
 TEST(DiagnosisReport, SaysNothingOfAnAngleThatIsNotThere) {

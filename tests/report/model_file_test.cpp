@@ -273,15 +273,6 @@ TEST(ModelFile, LimitsThatCannotBeAreRefused) {
             "arm.toml:2: limits.k_a.least: unknown key; known are: lower, upper");
 }
 
-TEST(ModelFile, OtherValuesBeginWithoutWhatWasBelievedOfTheOldOnes) {
-  ParameterBelief belief{{"k_g1"}, SquareMatrix(1), {}};
-  belief.covariance(0, 0) = 0.01;
-  const ModelFile on = to_go_on_from(published_arm(), {}, belief);
-  EXPECT_NE(model_file_text(on).find("[belief]"), std::string::npos);
-  const ModelFile anew = to_begin_with(published_estimate(), on.settings);
-  EXPECT_EQ(model_file_text(anew), model_file_text({published_estimate(), {}}));
-}
-
 TEST(ModelFile, MissingFileIsNamed) {
   try {
     read_model_file("/nowhere/arm.toml");

@@ -39,15 +39,12 @@ void check_length(const OutputError& error, const std::vector<Record>& records) 
 /// Start values drawn from the parameters' prior, inside their bounds.
 Model drawn(const Model& model, std::mt19937_64& generator) {
   const FreeCoordinates coordinates(model);
-  std::vector<double> p = model.values();
-  std::vector<double> z = coordinates.from_physical(p);
-  p.resize(kMaxParameters);
-  coordinates.to_physical(z.data(), p.data());
+  std::vector<double> z = coordinates.from_physical(model.values());
   std::normal_distribution<double> normal;
-  for (int k = 0; k < coordinates.size(); ++k) {
-    const int i = coordinates.unknowns()[k];
-    z[k] += normal(generator) * model.parameters[i].spread * coordinates.natural_unit(k, p[i]);
-  }
+  for (int k = 0; k < coordinates.size(); ++k)
+    z[k] += normal(generator) * model.parameters[coordinates.unknowns()[k]].spread;
+  coordinates.keep_inside(z.data());
+  std::vector<double> p(kMaxParameters);
   coordinates.to_physical(z.data(), p.data());
   Model start = model;
   for (const int i : coordinates.unknowns()) start.parameters[i].value = p[i];

@@ -1,6 +1,7 @@
 #include "armukf/batch/jackknife.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numeric>
@@ -106,9 +107,19 @@ JacobianMatrix by_states(const EndedFit& fit, const Model& known, const std::vec
 
 }  // namespace
 
-std::vector<double> jackknife_deviations(const EndedFit& fit) {
+double jackknife_deviation(std::span<const double> found) {
   // The 95 % quantile of Student's t with 7 degrees of freedom over that of the normal.
   constexpr double kFewParts = 1.895 / 1.645;
+  static_assert(kJackknifeBlocks == 8);
+  double mean = 0.0;
+  for (const double value : found) mean += value / kJackknifeBlocks;
+  if (!std::isfinite(mean)) return kInfinite;
+  double sum = 0.0;
+  for (const double value : found) sum += std::pow(value - mean, 2);
+  return kFewParts * std::sqrt(sum * (kJackknifeBlocks - 1.0) / kJackknifeBlocks);
+}
+
+std::vector<double> jackknife_deviations(const EndedFit& fit) {
   Eigen::VectorXd r = fit.at.r;
   JacobianMatrix J = fit.at.J;
   soften(fit.huber_scale, r, J);
@@ -140,14 +151,11 @@ std::vector<double> jackknife_deviations(const EndedFit& fit) {
     }
     found[part] = stepped(equations, variables, unknowns);
   });
-  std::vector<double> sd(unknowns, kInfinite);
+  std::vector<double> sd(unknowns);
+  std::array<double, kJackknifeBlocks> values{};
   for (int k = 0; k < unknowns; ++k) {
-    double mean = 0.0;
-    for (const std::vector<double>& values : found) mean += values[k] / kJackknifeBlocks;
-    double sum = 0.0;
-    for (const std::vector<double>& values : found) sum += std::pow(values[k] - mean, 2);
-    if (std::isfinite(mean))
-      sd[k] = kFewParts * std::sqrt(sum * (kJackknifeBlocks - 1.0) / kJackknifeBlocks);
+    std::ranges::transform(found, values.begin(), [k](const auto& z) { return z[k]; });
+    sd[k] = jackknife_deviation(values);
   }
   return sd;
 }

@@ -118,6 +118,13 @@ template <int N, class Gradient>
   return chain(x, root, 0.5 / root);
 }
 
+template <int N, class Gradient>
+[[gnu::always_inline]] inline Dual<N, Gradient> between(const Dual<N, Gradient>& x, double lower,
+                                                        double upper) {
+  const double kept = between(x.value, lower, upper);
+  return chain(x, kept, kept == x.value ? 1.0 : 0.0);
+}
+
 /// Both of x, by one evaluation.
 struct SineCosine {
   double sine;

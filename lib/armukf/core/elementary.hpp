@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "armukf/core/lanes.hpp"
@@ -103,6 +104,18 @@ inline Pack magnitude(Pack x) { return x < 0.0 ? -x : x; }
 /// a where x < 0, else b.
 inline double where_negative(double x, double a, double b) { return x < 0.0 ? a : b; }
 inline Pack where_negative(Pack x, Pack a, Pack b) { return x < 0.0 ? a : b; }
+
+/// x, or the bound that it is beyond.
+inline double between(double x, double lower, double upper) { return std::clamp(x, lower, upper); }
+inline Pack between(Pack x, double lower, double upper) {
+  x = x < lower ? broadcast(lower) : x;
+  return x > upper ? broadcast(upper) : x;
+}
+template <int L>
+Lanes<L> between(Lanes<L> x, double lower, double upper) {
+  for (Pack& pack : x.packs) pack = between(pack, lower, upper);
+  return x;
+}
 
 /// A number without derivatives.
 template <class T>

@@ -21,8 +21,6 @@ namespace {
 
 constexpr int kFitIterations = 100;
 constexpr double kSameMinimum = 0.01;  // of the mean squared error
-constexpr double kSpreadSds = 3.0;     // deviations that a record of another day may be off
-constexpr double kLeastSpread = 0.01;  // relative
 
 /// Adds what a piece's fit left.
 void add_piece(const SimulationFit& fit, const Record& piece, ErrorSums& sums,
@@ -120,17 +118,6 @@ FittedModel fitted(const Model& model, const StatesOfPieces& x0, const std::vect
   for (std::size_t e = 0; e < pieces.size(); ++e)
     add_piece(found.experiments[e].fit, pieces[e], sums, result);
   return result;
-}
-
-Model with_fitted_spreads(const FittedModel& fit) {
-  Model model = fit.model;
-  for (const ParameterEstimate& estimate : fit.parameters) {
-    if (estimate.position < kArmParameters) continue;
-    Parameter& p = model.parameters[estimate.position];
-    const double relative = kSpreadSds * estimate.sd / std::max(std::abs(p.value), 1e-12);
-    p.spread = std::isfinite(relative) ? std::clamp(relative, kLeastSpread, p.spread) : p.spread;
-  }
-  return model;
 }
 
 FittedModel placed(const Model& model, const std::vector<Record>& pieces,

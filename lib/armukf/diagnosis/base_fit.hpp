@@ -38,10 +38,6 @@ std::vector<double> with_best_phases(
     const Model& model, std::vector<double> x0,
     const std::function<double(const std::vector<double>&)>& error);
 
-/// The model for a filter to go on with: the prior spread of its effects' parameters is what the
-/// fit leaves open, so that a filter does not search again for what is known.
-Model with_fitted_spreads(const FittedModel& fit);
-
 /// The model as it is against other pieces: only the initial states are fitted. Angles whose zero
 /// no record tells, and phases, are first looked for over their whole period; unless x0 tells where
 /// to begin.

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "armukf/batch/jackknife.hpp"
 #include "armukf/batch/pieces.hpp"
 #include "armukf/batch/searches.hpp"
 #include "armukf/batch/simulation.hpp"
@@ -123,7 +125,8 @@ StatesOfPieces passed_states(const Model& model, const StatesOfPieces& x0,
   return passed;
 }
 
-/// Each block simulated by the model as it is fitted to the others.
+/// Each block simulated by the model as it is fitted to the others; with the parameters' deviations
+/// by what these fits have found.
 FittedModel without_each_block(const FittedModel& fit, const TraceRecords& records) {
   const Blocks blocks = blocks_of(records.estimation);
   const StatesOfPieces passed = passed_states(fit.model, fit.x0, records);
@@ -148,6 +151,13 @@ FittedModel without_each_block(const FittedModel& fit, const TraceRecords& recor
   FittedModel all = placed(of_pieces(models, blocks), blocks.pieces, records.propagation, passed);
   all.model = fit.model;
   all.parameters = fit.parameters;
+  static_assert(kForesightBlocks == kJackknifeBlocks);
+  std::array<double, kForesightBlocks> found{};
+  for (ParameterEstimate& estimate : all.parameters) {
+    for (int block = 0; block < kForesightBlocks; ++block)
+      found[block] = models[block].parameters[estimate.position].value;
+    estimate.block_sd = jackknife_deviation(found);
+  }
   return all;
 }
 
@@ -232,6 +242,25 @@ FittedModel plain(const Explained& now, const TraceRecords& records) {
 FittedModel judged(const FittedModel& fit, const TraceRecords& records) {
   return records.validation_judges() ? placed(fit.model, records.validation, records.propagation)
                                      : without_each_block(fit, records);
+}
+
+FittedModel with_deviations_by_blocks(const Simulated& simulated, const TraceRecords& records) {
+  const std::vector<ParameterEstimate> by_blocks =
+      records.validation_judges() ? without_each_block(simulated.estimation, records).parameters
+                                  : simulated.validation.parameters;
+  FittedModel fit = simulated.estimation;
+  for (int i = 0; i < static_cast<int>(fit.parameters.size()); ++i) {
+    ParameterEstimate& estimate = fit.parameters[i];
+    estimate.block_sd = by_blocks[i].block_sd;
+    if (!(estimate.block_sd > estimate.sd)) continue;
+    const double wider = estimate.block_sd / estimate.sd;
+    estimate.sd = estimate.block_sd;
+    for (int j = 0; j < fit.covariance.size(); ++j) {
+      fit.covariance(i, j) *= wider;
+      fit.covariance(j, i) *= wider;
+    }
+  }
+  return fit;
 }
 
 double error_so_far(const Explained& now, const TraceRecords& records) {

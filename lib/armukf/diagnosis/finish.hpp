@@ -38,6 +38,11 @@ FittedModel plain(const Explained& now, const TraceRecords& records);
 /// how the fitted model does there.
 FittedModel judged(const FittedModel& fit, const TraceRecords& records);
 
+/// What was fitted, with deviations of its parameters that are no smaller than by what fits without
+/// each block have found (jackknife_deviation): of a model that lacks something each part of a
+/// record says something else, and by more than its residual's colour tells.
+FittedModel with_deviations_by_blocks(const Simulated& simulated, const TraceRecords& records);
+
 /// (rad/s)^2, the error on what judges while effects are still looked for, where no block has a fit
 /// of its own: each by the model that foretells it.
 double error_so_far(const Explained& now, const TraceRecords& records);

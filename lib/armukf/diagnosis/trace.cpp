@@ -379,7 +379,7 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   const Simulated simulated =
       completed(search, completing, first, without_any, settings.most_effects, say);
   say("what is left", 0.95);
-  diagnosis.after = simulated.estimation;
+  diagnosis.after = with_deviations_by_blocks(simulated, records);
   diagnosis.after_validation = simulated.validation;
   const bool angle = model.has_angle() || simulated.estimation.model.has_angle();
   const std::array<std::pair<const FittedModel*, const std::vector<Record>*>, 4> compared{

@@ -29,8 +29,7 @@ FreeCoordinates::FreeCoordinates(const Model& model)
 FreeCoordinates::Kind FreeCoordinates::kind_of(int parameter) const {
   const Parameter& p = parameters_[parameter];
   if (p.share) return Kind::kShare;
-  if (std::isfinite(p.lower) && std::isfinite(p.upper)) return Kind::kInterval;
-  return std::isfinite(p.lower) ? Kind::kLog : Kind::kLinear;
+  return std::isfinite(p.lower) && std::isinf(p.upper) ? Kind::kLog : Kind::kScaled;
 }
 
 void FreeCoordinates::take_known(const std::vector<double>& p) {
@@ -61,21 +60,25 @@ void FreeCoordinates::from_physical(const std::vector<double>& p, double* z) con
       case Kind::kLog:
         z[k] = std::log(value - parameter.lower);
         break;
-      case Kind::kInterval:
-        z[k] = std::log((value - parameter.lower) / (parameter.upper - value));
-        break;
-      case Kind::kLinear:
-        z[k] = value;
+      case Kind::kScaled:
+        z[k] = value / parameter.scale;
         break;
     }
   }
 }
 
+void FreeCoordinates::keep_inside(double* z) const {
+  constexpr double kInside = 1e-6;  // of the scale; a value on its bound is none that was found
+  for (int k = 0; k < size(); ++k) {
+    if (kinds_[k] != Kind::kScaled) continue;
+    const Parameter& p = parameters_[unknowns_[k]];
+    z[k] = std::clamp(z[k], p.lower / p.scale + kInside, p.upper / p.scale - kInside);
+  }
+}
+
 double FreeCoordinates::slope(int position, double value) const {
   const Parameter& p = parameters_[unknowns_[position]];
-  if (kinds_[position] == Kind::kLinear) return 1.0;
-  if (kinds_[position] == Kind::kLog) return value - p.lower;
-  return (value - p.lower) * (p.upper - value) / (p.upper - p.lower);
+  return kinds_[position] == Kind::kScaled ? p.scale : value - p.lower;
 }
 
 double FreeCoordinates::gradient(int k, int j, const double* p) const {
@@ -92,13 +95,6 @@ double FreeCoordinates::inverse_gradient(int k, int j, const double* p) const {
   for (int i = 0; i < size(); ++i)
     if (kinds_[i] == Kind::kShare) rest -= p[unknowns_[i]];
   return (k == j ? 1.0 / p[unknowns_[k]] : 0.0) + 1.0 / rest;
-}
-
-double FreeCoordinates::unit_from_scale(int position, double value) const {
-  constexpr double kMost =
-      3.0;  // z from 3 to -3 is 90 % of an interval; near its bounds slopes vanish
-  const double unit = parameters_[unknowns_[position]].scale / slope(position, value);
-  return kinds_[position] == Kind::kInterval ? std::min(unit, kMost) : unit;
 }
 
 }  // namespace armukf

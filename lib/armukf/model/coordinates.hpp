@@ -15,10 +15,12 @@ namespace armukf {
 ///     share      a_m, a_g       a_i = T e^{z_i} / (1 + sum_j e^{z_j}), T = 1 - the known shares:
 ///                               z_i = ln(a_i / a_a), a_a the arm's share
 ///     log        [l, inf)       l + e^z
-///     interval   [l, h]         l + (h - l) / (1 + e^-z)
-///     linear     unbounded      z
+///     scaled     any other      s z, s the parameter's scale; beyond a bound: the bound
 ///
-/// A share has no other bounds here than 0 and what the others leave.
+/// A share has no other bounds here than 0 and what the others leave. A coordinate that moves by 1
+/// moves its parameter by one size: by a factor of e or, where it is scaled, by the scale. Of the
+/// size of an effect nothing is a likely value, which no logarithm reaches: it would walk off, ever
+/// surer of ever less.
 class FreeCoordinates {
  public:
   explicit FreeCoordinates(const Model& model);
@@ -33,10 +35,17 @@ class FreeCoordinates {
   void to_physical(const T* z, T* p) const;
 
   /// The free coordinates of given parameter values (one per parameter of the model). A value on
-  /// its bound, which no z reaches, is first moved inside by the parameter's scale.
+  /// its bound, which is none that was found, is first moved inside by the parameter's scale.
   std::vector<double> from_physical(const std::vector<double>& p) const;
   /// The same into z, which has room for them: nothing is allocated.
   void from_physical(const std::vector<double>& p, double* z) const;
+
+  /// Whether the coordinate at that position is its parameter over the scale, no logarithm.
+  bool is_scaled(int position) const { return kinds_[position] == Kind::kScaled; }
+
+  /// Moves what lies beyond a bound to just inside it: a filter's mean that reckons with what is
+  /// beyond would be slow to come back.
+  void keep_inside(double* z) const;
 
   /// Known parameters have these values from now on (one per parameter of the model).
   void take_known(const std::vector<double>& p);
@@ -58,17 +67,9 @@ class FreeCoordinates {
     return carried(i, j, covariance, [&](int k, int l) { return inverse_gradient(k, l, p); });
   }
 
-  /// How far z moves for a change of "one size": 1 for shares and logarithms, where z is relative
-  /// by nature; elsewhere the step of z that moves the parameter by its scale, at that value.
-  double natural_unit(int position, double value) const {
-    const bool relative = kinds_[position] == Kind::kShare || kinds_[position] == Kind::kLog;
-    return relative ? 1.0 : unit_from_scale(position, value);
-  }
-
  private:
-  enum class Kind { kShare, kLog, kInterval, kLinear };
+  enum class Kind { kShare, kLog, kScaled };
   Kind kind_of(int parameter) const;
-  double unit_from_scale(int position, double value) const;
   double slope(int position, double value) const;  // dp/dz, for all but shares
   /// d p_k / d z_j of the unknowns k and j.
   double gradient(int k, int j, const double* p) const;
@@ -110,11 +111,8 @@ void FreeCoordinates::to_physical(const T* z, T* p) const {
       case Kind::kLog:
         value = parameter.lower + e[k];
         break;
-      case Kind::kInterval:
-        value = parameter.lower + (parameter.upper - parameter.lower) * (e[k] / (1.0 + e[k]));
-        break;
-      case Kind::kLinear:
-        value = z[k];
+      case Kind::kScaled:
+        value = between(T(parameter.scale * z[k]), parameter.lower, parameter.upper);
         break;
     }
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "armukf/online/condition.hpp"
@@ -14,6 +15,12 @@ namespace armukf {
 struct Surprise {
   double value = 0.0;
   std::array<double, kMostChangeables> signature{};
+
+  /// False where one of the machines, as it is or with a change, has run away.
+  bool is_finite() const {
+    return std::isfinite(value) &&
+           std::ranges::all_of(signature, [](double s) { return std::isfinite(s); });
+  }
 };
 
 /// What samples from `begin` to `end` (s) tell of n possible changes c: their whitened innovations

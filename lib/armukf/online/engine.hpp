@@ -140,17 +140,33 @@ class Engine {
       filter_.forget(first + k, believed_spread_ * prior_sd(k));
     scores_ = {};
     widening_ = filled_with_one();
+    began_at_ = {};
   }
 
-  /// Goes on from what an earlier estimate believed; believe_parameters came before. Unknowns of
-  /// which that knows nothing keep their prior. A covariance that is none is left out.
+  /// Goes on from what an earlier estimate believed, and remembers it: what contradicts it is told
+  /// with a wider deviation.
+  void go_on_from(const ParameterBelief& earlier) {
+    believe(earlier);
+    for (int k = 0; k < coordinates_->size(); ++k)
+      began_at_[k] = {filter_.mean()[states() + k], 1.0 / std::sqrt(free_covariance(k, k))};
+  }
+
+  /// Believes what was believed elsewhere; believe_parameters came before. Unknowns of which that
+  /// knows nothing keep their prior. A covariance that is none is left out.
   void believe(const ParameterBelief& earlier) {
     const int n = coordinates_->size();
     const SmallSquare physical = with_prior(earlier);
+    const auto free = [&](int i, int j) {
+      return coordinates_->free_covariance(i, j, parameters_.data(), physical);
+    };
+    constexpr double kWider = 2.0;  // than any prior may be, of what was found
+    std::array<double, kMaxParameters> part;
+    for (int k = 0; k < n; ++k)
+      part[k] = std::min(1.0, kWider * most_sd(k) / std::sqrt(free(k, k)));
     SmallSquare L;
     for (int j = 0; j < n; ++j) {
       for (int i = j; i < n; ++i) {
-        double sum = coordinates_->free_covariance(i, j, parameters_.data(), physical);
+        double sum = part[i] * part[j] * free(i, j);
         for (int k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
         if (i == j && !(sum > 0.0)) return;
         L(i, j) = i == j ? std::sqrt(sum) : sum / L(j, j);
@@ -253,6 +269,7 @@ class Engine {
     } else {
       filter_.update(arm_step(last_), measured_row(), innovation);
     }
+    coordinates_->keep_inside(filter_.mean().begin() + states());
     if (coloured_) learn(innovation, before, at);
     look_at_scores(at.watched);
     if (adapts_) {
@@ -302,7 +319,7 @@ class Engine {
   double usual_dt() const { return usual_dt_; }  // s; 0 before it is known
 
   /// Covariance of the physical values of two unknowns, to be believed: that of the belief, widened
-  /// where stretches of the samples contradict each other.
+  /// where stretches of the samples contradict each other, or what it began with.
   double covariance(int i, int j) const {
     const auto P = [&](int a, int b) { return free_covariance(a, b); };
     return told(i) * told(j) * coordinates_->physical_covariance(i, j, parameters_.data(), P);
@@ -314,8 +331,8 @@ class Engine {
     for (int k = 0; k < coordinates_->size(); ++k) sd[k] *= told(k);
   }
 
-  /// Variance of a free coordinate, widened as its unknown is.
-  double free_variance(int k) const { return squared(told(k)) * free_covariance(k, k); }
+  /// Variance of a free coordinate, widened where stretches of the samples contradict each other.
+  double free_variance(int k) const { return squared(by_stretches(k)) * free_covariance(k, k); }
 
   /// Deviations as the belief has them.
   void model_deviations(double* sd) const {
@@ -336,6 +353,7 @@ class Engine {
   template <class Archive>
   void archive(Archive& archive) {
     archive(filter_, noise_, watch_, learnt_, kick_, usual_dt_, since_update_s_, kicked_, opening_);
+    for (Begun& began : began_at_) archive(began.z, began.precision);
     archive(scores_, widening_, scored_at_, scores_keep_, samples_, seen_, expected_, since_fade_,
             faded_at_);
     if (!scores_.fits(coordinates_->size())) throw InputError("has scores of other unknowns");
@@ -526,7 +544,16 @@ class Engine {
   static double squared(double x) { return x * x; }
 
   /// What the k-th unknown's deviation is multiplied by where it is told.
-  double told(int k) const { return widening_[k] * unnarrowed(k); }
+  double told(int k) const { return by_stretches(k) * by_beginning(k); }
+  double by_stretches(int k) const { return widening_[k] * unnarrowed(k); }
+
+  /// An earlier estimate's value that these samples leave by more than its deviation contradicts
+  /// them: one of both is worth so much less than it says, as R. T. Birge has it (Phys. Rev. 40,
+  /// 207, 1932).
+  double by_beginning(int k) const {
+    const Begun& began = began_at_[k];
+    return std::max(1.0, std::abs(filter_.mean()[states() + k] - began.z) * began.precision);
+  }
 
   /// The same for a prior that restarts have narrowed: with the information that samples have added
   /// to it, 1 / P - 1 / P_narrow, the whole one would be 1 / (1 / P_whole + that).
@@ -594,17 +621,16 @@ class Engine {
     coordinates_->to_physical(filter_.mean().begin() + states(), parameters_.data());
   }
 
-  /// Prior deviation of the k-th free coordinate about the believed value. Of one that reaches
-  /// further than kMostSpread a filter, which looks about its mean, sees nothing but arms that run
-  /// away.
+  /// Prior deviation of the k-th free coordinate about the believed value.
   double prior_sd(int k) const {
-    constexpr double kMostSpread = 1.5;  // relative: a factor of 4.5 either way
-    const double spread = model_->parameters[coordinates_->unknowns()[k]].spread;
-    return std::min(spread, kMostSpread) * natural_unit(k);
+    return std::min(model_->parameters[coordinates_->unknowns()[k]].spread, most_sd(k));
   }
 
-  double natural_unit(int k) const {
-    return coordinates_->natural_unit(k, parameters_[coordinates_->unknowns()[k]]);
+  /// Of a parameter that reaches further a filter, which looks about its mean, sees nothing but
+  /// arms that run away. One that is kept between its bounds does not.
+  double most_sd(int k) const {
+    constexpr double kMostSpread = 1.5;  // relative: a factor of 4.5 either way
+    return coordinates_->is_scaled(k) ? kInfinite : kMostSpread;
   }
 
   StepNoise<Shape> step_noise(const Moment& from, double dt) const {
@@ -630,9 +656,7 @@ class Engine {
     const double walk = from.at_rest ? 0.0
                         : learnt_    ? annealed.at(from.watched) - annealed.floor
                                      : annealed.at(from.watched);
-    for (int k = 0; k < coordinates_->size(); ++k) {
-      sum[states() + k] = variance(walk * natural_unit(k));
-    }
+    for (int k = 0; k < coordinates_->size(); ++k) sum[states() + k] = variance(walk);
     return sum;
   }
 
@@ -656,6 +680,13 @@ class Engine {
   ScoreSpread<Shape::kSize> scores_;
   // What each coordinate's deviation is multiplied by; 1 where the noise is known.
   std::array<double, Shape::kSize> widening_ = filled_with_one();
+  /// What an earlier estimate has left of a free coordinate to begin with, and one over its
+  /// deviation; 0 where there was none.
+  struct Begun {
+    double z = 0.0;
+    double precision = 0.0;
+  };
+  std::array<Begun, Shape::kSize> began_at_{};
   double scored_at_ = 0.0;    // s, watched
   double scores_keep_ = 1.0;  // of the weight of earlier scores, by what faded since the last one
   double samples_ = 0.0;      // used

@@ -44,6 +44,13 @@ void StepFilter::rest(const Foretelling& by, std::span<double> row) const {
   for (double& v : row) v /= by.sd;
 }
 
+void weigh_down(std::span<double> row) {
+  constexpr double kUsual = 3.0;  // deviations; one in 370 of normal ones is beyond
+  if (std::abs(row[0]) <= kUsual) return;
+  const double part = std::sqrt(kUsual / std::abs(row[0]));
+  for (double& value : row) value *= part;
+}
+
 void ForetellingLearner::learn(const StepFilter& filter) {
   std::array<double, kOrder> x;
   std::array<double, kOrder> Px{};

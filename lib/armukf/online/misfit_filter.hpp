@@ -66,6 +66,11 @@ class StepFilter {
   int last_ = 0;
 };
 
+/// What a model lacks is now and then much larger than usual, as where friction turns round. A row,
+/// in deviations, whose first lane is beyond chance counts the less, with all its lanes. Source: P.
+/// J. Huber, "Robust Statistics", 1981, ch. 7.
+void weigh_down(std::span<double> row);
+
 /// Learns such an autoregression by recursive least squares (L. Ljung, "System Identification",
 /// 1999, ch. 11).
 class ForetellingLearner {

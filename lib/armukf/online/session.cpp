@@ -210,7 +210,7 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
         [&](auto& r) {
           r.engine().believe_parameters(start.values);
           r.engine().begin_at(start.places);
-          if (settings.belief) r.engine().believe(*settings.belief);
+          if (settings.belief) r.engine().go_on_from(*settings.belief);
         },
         runners.back());
   }

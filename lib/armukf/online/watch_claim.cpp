@@ -14,9 +14,12 @@ constexpr double kMostLearnt = 0.5;  // of what a change, or another one, would 
 }  // namespace
 
 /// Whether the i-th change explains more than chance would, as far as the innovations before it
-/// vary, and than an even drift.
+/// vary, and than an even drift. Beside what a model lacks it has to have lasted: that comes and
+/// goes, a change stays.
 bool Watch::State::is_beyond_chance(int i) {
+  constexpr double kLastsS = 0.2;
   if (!(alarm.unbent(i) > watch.threshold) || !is_beyond_drift(i)) return false;
+  if (!knows_noise && watched < alarm.finding(i).onset + kLastsS) return false;
   alarm_spread = alarm.spread_before(i);
   return alarm.unbent(i) > watch.threshold * alarm_spread;
 }
@@ -84,14 +87,17 @@ TriedChanges Watch::State::tried() const {
   return all;
 }
 
-/// The alarm's own finding of the i-th change; a parameter stays within its bounds, and explains by
-/// so much less. What lies around the arm need not: a command that is recorded late is a delay
-/// below 0.
+/// The alarm's own finding of the i-th change; a parameter stays within its bounds, and where its
+/// signature still holds, and explains by so much less. What lies around the arm need not: a
+/// command that is recorded late is a delay below 0.
 TriedChange Watch::State::as_tried(int i) const {
+  constexpr double kFarthest = 3.0;  // usual sizes
   const Finding& found = alarm.finding(i);
   const double information = found.sd > 0.0 ? 1.0 / (found.sd * found.sd) : 0.0;
   const double amount =
-      what[i].is_parameter() ? amount_within(model, before, what[i], found.amount) : found.amount;
+      what[i].is_parameter()
+          ? amount_within(model, before, what[i], std::clamp(found.amount, -kFarthest, kFarthest))
+          : found.amount;
   const double off = amount - found.amount;
   return {{.amount = amount,
            .onset = found.onset,

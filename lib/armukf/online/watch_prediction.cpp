@@ -40,9 +40,9 @@ void Watch::State::follow(const Sample& sample, const Estimate& estimate, double
         if (std::isnan(sample.y)) return;
         const double value = o.bank.update(watched, sample.y, gate().width(astray));
         const bool out = gate().shuts_out(value, astray);
-        if (out || watched < quiet_until) return;
         surprise_by(o.bank, value);
-        take_surprise();
+        running = surprise.is_finite();
+        if (!out && running && watched >= quiet_until) take_surprise();
       },
       observer);
 }
@@ -118,6 +118,7 @@ void Watch::State::take_surprise() {
   misfit.learn(filter);
   if (!has_learnt) return;
   filter.rest(before_this, row);
+  weigh_down(row);
   Surprise rest{.value = row[0]};
   std::copy_n(row.begin() + 1, what.size(), rest.signature.begin());
   alarm.add(rest, watched);

@@ -231,6 +231,12 @@ std::string judges_text(const DiagnosisSummary& s) {
 
 }  // namespace
 
+ModelFile completed_model(const Diagnosis& diagnosis, const EstimatorSettings& settings) {
+  const FittedModel& after = diagnosis.after;
+  return to_go_on_from(after.model, settings,
+                       belief_of(after.model, after.parameters, after.covariance));
+}
+
 Json diagnosis_json(const DiagnosisSummary& s) {
   const Diagnosis& d = s.diagnosis;
   Json effects = Json::array();

@@ -182,17 +182,7 @@ FitSummary better_of(Identification found, const Model& recursive,
 }  // namespace
 
 ParameterBelief belief_of(const Identification& found) {
-  std::vector<int> told;
-  for (int i = 0; i < static_cast<int>(found.parameters.size()); ++i)
-    if (std::isfinite(found.parameters[i].sd) && !found.parameters[i].on_bound) told.push_back(i);
-  ParameterBelief belief{{}, SquareMatrix(static_cast<int>(told.size())), {}};
-  for (std::size_t i = 0; i < told.size(); ++i) {
-    belief.names.push_back(name_of(found, found.parameters[told[i]]));
-    for (std::size_t j = 0; j < told.size(); ++j)
-      belief.covariance(static_cast<int>(i), static_cast<int>(j)) =
-          found.covariance(told[i], told[j]);
-  }
-  return belief;
+  return belief_of(found.model, found.parameters, found.covariance);
 }
 
 FitSummary fit_summary(const Model& model, const std::vector<Record>& records,

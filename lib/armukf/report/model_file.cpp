@@ -265,13 +265,22 @@ ModelFile parse_model_file(const std::string& text, const std::string& name, Mod
   return content;
 }
 
-ModelFile to_go_on_from(Model model, EstimatorSettings settings, ParameterBelief belief) {
-  settings.belief = std::move(belief);
-  return {std::move(model), std::move(settings)};
+ParameterBelief belief_of(const Model& model, const std::vector<ParameterEstimate>& estimates,
+                          const SquareMatrix& covariance) {
+  std::vector<int> told;
+  for (int i = 0; i < static_cast<int>(estimates.size()); ++i)
+    if (std::isfinite(estimates[i].sd) && !estimates[i].on_bound) told.push_back(i);
+  ParameterBelief belief{{}, SquareMatrix(static_cast<int>(told.size())), {}};
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    belief.names.push_back(model.parameters[estimates[told[i]].position].name);
+    for (std::size_t j = 0; j < told.size(); ++j)
+      belief.covariance(static_cast<int>(i), static_cast<int>(j)) = covariance(told[i], told[j]);
+  }
+  return belief;
 }
 
-ModelFile to_begin_with(Model model, EstimatorSettings settings) {
-  settings.belief.reset();
+ModelFile to_go_on_from(Model model, EstimatorSettings settings, ParameterBelief belief) {
+  settings.belief = std::move(belief);
   return {std::move(model), std::move(settings)};
 }
 

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "armukf/batch/identify.hpp"
+#include "armukf/core/square_matrix.hpp"
 #include "armukf/model/model.hpp"
 #include "armukf/online/settings.hpp"
 
@@ -13,12 +16,13 @@ struct ModelFile {
   EstimatorSettings settings;
 };
 
+/// What a recursive estimate goes on from after a fit that has found these of a model: of the noise
+/// it knows nothing, nor of what the records did not determine. covariance: of the estimates.
+ParameterBelief belief_of(const Model& model, const std::vector<ParameterEstimate>& estimates,
+                          const SquareMatrix& covariance);
+
 /// What a later estimate goes on from: the model with the values, and what is believed of them.
 ModelFile to_go_on_from(Model model, EstimatorSettings settings, ParameterBelief belief);
-
-/// The same where nothing is believed but the model's own spreads: what an earlier estimate
-/// believed was of other values.
-ModelFile to_begin_with(Model model, EstimatorSettings settings);
 
 /// The TOML file at `path` ("-" is standard input), over the built-in defaults: what it leaves out
 /// keeps its default. A parameter has `value`, `known`, `lower`, `upper`, `scale` and `spread`; the
