@@ -18,8 +18,7 @@ struct FitSummary {
   double seconds = 0.0;
 };
 
-/// What a recursive estimate goes on from, with the model found: of the noise it knows nothing, nor
-/// of what the records did not determine.
+/// What a recursive estimate goes on from, with the model found.
 ParameterBelief belief_of(const Identification& found);
 
 /// The batch estimate, timed: from the model's values on, and where the recursive estimate, which
