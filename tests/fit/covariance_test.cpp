@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "armukf/fit/dense.hpp"
+
 namespace armukf {
 namespace {
 
@@ -79,6 +81,22 @@ TEST(ColouredCovariance, DoesNotMixRecords) {
   const double apart = coloured_covariance(J, r, inverse, {{0, 100}, {100, 100}}, 1)(0, 0);
   const double together = coloured_covariance(J, r, inverse, {{0, 200}}, 1)(0, 0);
   EXPECT_GT(apart, together);
+}
+
+// Of six columns three hardly differ, as a stiffness, an inertia and a damping do in a record that
+// does not move the arm: J'J sees some directions with a 1e-11 of the strength of others.
+TEST(ColouredCovariance, IsOneWhereDirectionsAreHardlySeen) {
+  for (unsigned seed = 6; seed < 16; ++seed) {
+    JacobianMatrix J = random_rows(2000, 6, seed);
+    J.col(4) = J.col(3) + 3e-6 * J.col(4);
+    J.col(5) = J.col(3) - 1e-5 * J.col(5);
+    const Eigen::VectorXd r = random_rows(2000, 1, seed + 100);
+    const Eigen::MatrixXd covariance =
+        coloured_covariance(J, r, inverse_information(J), {{0, 2000}}, 6);
+    const Eigen::VectorXd per_sd = covariance.diagonal().cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXd correlation = per_sd.asDiagonal() * covariance * per_sd.asDiagonal();
+    EXPECT_GT(symmetric_spectrum(correlation).values[0], -1e-9) << "seed " << seed;
+  }
 }
 
 }  // namespace

@@ -102,18 +102,19 @@ Eigen::MatrixXd coloured_covariance(const JacobianMatrix& J, const Eigen::Vector
     const auto height = static_cast<double>(length - std::abs(k));
     energy += height * height;
   }
-  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(J.cols(), J.cols());
-  for (const Stretch& s : stretches) {
-    const JacobianMatrix smooth =
-        running_sums(running_sums(g.middleRows(s.first, s.count), length), length);
-    C += smooth.transpose() * smooth / energy;
-  }
-  const auto n = static_cast<double>(J.rows());
-  const double small_sample = n / std::max(1.0, n - static_cast<double>(J.cols()));
   Eigen::MatrixXd B = inverse_information;
   for (Eigen::Index i = 0; i < B.rows(); ++i)
     if (std::isinf(B(i, i))) B(i, i) = 0.0;
-  Eigen::MatrixXd covariance = small_sample * B * C * B;
+  // Squares of what each moment moves the estimate by: B C B, from a C that is rounded, is no
+  // covariance where J hardly sees a direction.
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(J.cols(), J.cols());
+  for (const Stretch& s : stretches) {
+    const JacobianMatrix moved =
+        running_sums(running_sums(g.middleRows(s.first, s.count), length), length) * B;
+    covariance += moved.transpose() * moved / energy;
+  }
+  const auto n = static_cast<double>(J.rows());
+  covariance *= n / std::max(1.0, n - static_cast<double>(J.cols()));
   for (Eigen::Index i = 0; i < B.rows(); ++i)
     if (std::isinf(inverse_information(i, i))) covariance(i, i) = inverse_information(i, i);
   return covariance;
