@@ -156,17 +156,17 @@ double torque_drive(const Setting& setting) {
   return std::pow(mobility * setting.noise.density * (1.0 - setting.noise.torque_pole), 2);
 }
 
-/// States where a filter over a record begins: searches have found them, or guesses whose errors
-/// are gone by the time that predictions count.
+/// States where a filter over a record begins. They may be guesses, of an arm that is in motion:
+/// as surely believed as if they had been found, they would mislead a filter that takes the motor's
+/// torque alone for noisy for seconds, and the noise would seem to be elsewhere.
 template <class Shape>
 Gaussian<Shape> first_belief(const Setting& setting, Shape shape) {
-  constexpr double kFoundSpeedSpread = 5.0;  // rad/s
   Gaussian<Shape> belief;
   belief.shape = shape;
   for (int i = 0; i < setting.states(); ++i) {
     const Coordinate& state = setting.model.states[i];
     const double sd = state.motive == Motive::kTwist   ? kTwistSpread
-                      : state.motive == Motive::kSpeed ? kFoundSpeedSpread
+                      : state.motive == Motive::kSpeed ? kSpeedSpread
                                                        : state.spread;
     belief.mean[i] = setting.x0[i];
     belief.covariance[i][i] = sd * sd;
