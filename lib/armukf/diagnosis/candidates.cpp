@@ -236,6 +236,29 @@ std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
   return begun;
 }
 
+/// Every effect from its most promising starts on top of a base, however far that is from any
+/// minimum: first by the filter that follows the measurements, which no start is too far off for,
+/// then nearly to the end; the best of each effect, most promising first.
+std::vector<Begun> followed_fits(const std::vector<Trial>& trials, const ForesightFit& base,
+                                 const Thinned& records, const Propagation& propagation,
+                                 double density) {
+  constexpr std::size_t kOfEach = 2;
+  const BaseGains gains = gains_on(base, records, propagation, density);
+  const std::vector<Start> starts =
+      starts_on({base}, 0, gains.judging, trials, kOfEach, records, propagation);
+  std::vector<Begun> begun(starts.size());
+  for_each_job(static_cast<int>(begun.size()), [&](int i) {
+    const Suggestion& from = starts[i].suggestion;
+    const ForesightFit followed = thinned_fit(from.model, from.x0, records, propagation,
+                                              kFollowingDensity, kLong / 3, Extent::kNear);
+    begun[i] = {starts[i].trial, thinned_fit(followed.model, followed.x0, records, propagation,
+                                             density, kLong, Extent::kNear)};
+    begun[i].level = level_of(begun[i].fit, records, propagation);
+  });
+  keep_first(begun);
+  return begun;
+}
+
 /// The first half of a fit.
 ForesightFit first_half(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
                         double density) {
@@ -516,7 +539,7 @@ Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords
   };
   minima.erase(std::unique(minima.begin(), minima.end(), same), minima.end());
   minima.resize(std::min(minima.size(), kMinima));
-  Bases bases{minima.front(), {}, {}, {}};
+  Bases bases{minima.front(), {}, {}, {}, model};
   for (const Explained& minimum : minima) {
     bases.all.push_back(minimum.fit);
     if (level(minimum) < level(minima.front()) + kFarMinimum) bases.minima.push_back(minimum.fit);
@@ -558,13 +581,14 @@ Refit refitted(const Trial& trial, const Model& from, const StatesOfPieces& x0,
   return refit;
 }
 
-Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
-                const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
-                const AcceptanceSettings& acceptance) {
+namespace {
+
+/// Goes on with the most promising of those, best first, and judges them.
+Contest judged_of(const std::vector<Begun>& begun, Explained& now, const std::vector<Trial>& trials,
+                  const Looks& looks, const TraceRecords& records,
+                  const AcceptanceSettings& acceptance) {
   const double density = now.fit.density;
   const Thinned looked_at = thinned(records.estimation);
-  const std::vector<Begun> begun =
-      begun_fits(trials, bases, looked_at, records.propagation, density);
   const double without = level_of(now.fit, looked_at, records.propagation);
   std::map<std::string, bool> judged;  // of each effect: whether it is among the most promising
   std::vector<Begun> promising;
@@ -604,6 +628,26 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
   for (const auto& [effect, count] : looks_of(trials))
     if (!judged[effect]) result.others.push_back(effect);
   return result;
+}
+
+}  // namespace
+
+Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
+                const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
+                const AcceptanceSettings& acceptance) {
+  return judged_of(
+      begun_fits(trials, bases, thinned(records.estimation), records.propagation, now.fit.density),
+      now, trials, looks, records, acceptance);
+}
+
+Contest contest_from(const Model& given, Explained& now, const std::vector<Trial>& trials,
+                     const Looks& looks, const TraceRecords& records,
+                     const AcceptanceSettings& acceptance) {
+  const ForesightFit base = fit_foresight(with_values(now.fit.model, given), {}, records.estimation,
+                                          records.propagation, now.fit.density, 0);
+  return judged_of(followed_fits(trials, base, thinned(records.estimation), records.propagation,
+                                 now.fit.density),
+                   now, trials, looks, records, acceptance);
 }
 
 }  // namespace armukf

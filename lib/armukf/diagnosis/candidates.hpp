@@ -42,6 +42,7 @@ struct Bases {
   std::vector<ForesightFit> minima;    // not far above the best
   std::vector<ForesightFit> all;       // those far above it as well, and what was given
   std::vector<ForesightFit> restarts;  // the first, and the model's values
+  Model given;                         // the model as it was given
 };
 
 /// Minima of the model, from the plain fit's values, from those of the model, and from a soft arm,
@@ -95,5 +96,12 @@ struct Contest {
 Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
                 const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
                 const AcceptanceSettings& acceptance);
+
+/// The same from the given values of the arm on, as they are. Where much is missing every minimum
+/// without it may lie where none of its fits leads back from; what was known of the arm before is
+/// nearer to it then.
+Contest contest_from(const Model& given, Explained& now, const std::vector<Trial>& trials,
+                     const Looks& looks, const TraceRecords& records,
+                     const AcceptanceSettings& acceptance);
 
 }  // namespace armukf

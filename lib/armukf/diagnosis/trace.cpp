@@ -138,6 +138,7 @@ struct Standing {
 
 /// What a round looks at.
 struct Round {
+  const Model& given;  // with what was known of the arm before
   Suggested suggested;
   const TraceRecords& records;
   const AcceptanceSettings& settings;
@@ -148,6 +149,7 @@ struct Round {
 /// which tell what shows late; among what is tried last; and at the end by the likelihood alone.
 /// Goes on only while nothing counts as found, or what does shows late. Where the slow filter has
 /// told the effect before, it is asked first, and the fast one once more before nothing is found.
+/// If nothing is, and yet what is left cannot be noise, once more from the given values of the arm.
 Contest looked_for(const Round& round, Standing& standing) {
   const Suggested& suggested = round.suggested;
   const TraceRecords& records = round.records;
@@ -196,6 +198,9 @@ Contest looked_for(const Round& round, Standing& standing) {
   std::ranges::copy(last, std::back_inserter(all));
   std::erase_if(all, [](const Trial& trial) { return !likelihood_tells(trial); });
   add({noise->likelier(all, looks, settings), {}}, found);
+  if (best() != nullptr) return found;
+  add(contest_from(round.given, now, names, looks, records, settings), found);
+  noise.reset();
   best();
   return found;
 }
@@ -286,10 +291,10 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
   while (search.rounds < most_rounds) {
     const int round = ++search.rounds;
     say(fmt::format("round {}", round), static_cast<double>(round) / (most_rounds + 2));
-    Contest found =
-        looked_for({suggested_by(standing.simulated, records.estimation, records.propagation),
-                    records, settings, set_aside},
-                   standing);
+    Contest found = looked_for(
+        {first.given, suggested_by(standing.simulated, records.estimation, records.propagation),
+         records, settings, set_aside},
+        standing);
     const Refit* best = best_found(found.refits);
     if (best == nullptr) return note(found, nullptr, round, search.diagnosis.candidates);
     const Named chosen =
