@@ -34,13 +34,18 @@ std::vector<double> product(std::vector<double> a, const std::vector<double>& b)
 
 }  // namespace
 
-Suggested suggested_by(const FittedModel& fit, const std::vector<Record>& pieces,
-                       const Propagation& propagation) {
+Suggested suggested_by(const FittedModel& simulated, const ForesightFit& foretold,
+                       const std::vector<Record>& pieces, const Propagation& propagation) {
   const std::vector<double> angle = motor_angle(pieces);
   const std::vector<double> time = times_of(pieces);
   const std::vector<double> direction = directions_of(pieces);
-  const std::vector<double> ahead = one_step(fit, pieces, propagation).errors;
-  const std::array<const std::vector<double>*, 2> errors{&ahead, &fit.residual};
+  const std::vector<double> ahead = one_step(simulated, pieces, propagation).errors;
+  const Eigen::VectorXd weighted =
+      weighted_innovations(foretold.model, foretold.x0, pieces, propagation,
+                           foresight_gains(foretold.model, foretold.x0, pieces, propagation), {})
+          .error;
+  const std::vector<double> judged(weighted.begin(), weighted.end());
+  const std::array<const std::vector<double>*, 3> errors{&ahead, &simulated.residual, &judged};
   struct Lines {
     SpectralLines harmonics;
     SpectralLines of_friction;
@@ -59,7 +64,7 @@ Suggested suggested_by(const FittedModel& fit, const std::vector<Record>& pieces
     add_frequencies(found.harmonics, suggested.harmonics);
     add_frequencies(found.of_friction, suggested.harmonics_of_friction);
     add_frequencies(found.frequencies, suggested.frequencies);
-    // Both have the same lines, and a line is one trial, whoever suggests it.
+    // All have the same lines, and a line is one trial, whoever suggests it.
     suggested.harmonics_looked_at = 2.0 + found.harmonics.looked_at;
     suggested.frequencies_looked_at = found.frequencies.looked_at;
   }

@@ -291,10 +291,11 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
   while (search.rounds < most_rounds) {
     const int round = ++search.rounds;
     say(fmt::format("round {}", round), static_cast<double>(round) / (most_rounds + 2));
-    Contest found = looked_for(
-        {first.given, suggested_by(standing.simulated, records.estimation, records.propagation),
-         records, settings, set_aside},
-        standing);
+    Contest found = looked_for({first.given,
+                                suggested_by(standing.simulated, standing.now.fit,
+                                             records.estimation, records.propagation),
+                                records, settings, set_aside},
+                               standing);
     const Refit* best = best_found(found.refits);
     if (best == nullptr) return note(found, nullptr, round, search.diagnosis.candidates);
     const Named chosen =
