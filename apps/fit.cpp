@@ -62,6 +62,8 @@ void add_fit(CLI::App& program) {
       "unless --free-initial says otherwise. Across a gap (50 ms, five usual intervals) the input "
       "is\n"
       "not known: each piece counts as an experiment with initial states of its own.\n"
+      "With --criterion prediction a filter finds the arm's; --free-initial is for effects' "
+      "angles.\n"
       "Where the recursive estimate explains the records better than what the search has found,\n"
       "that was a wrong minimum: another search begins from there.\n"
       "With several files, --start frequency looks at the first.\n"

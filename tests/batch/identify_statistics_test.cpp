@@ -265,6 +265,28 @@ TEST(IdentifyStatistics, PredictionFindsNoise) {
   EXPECT_FALSE(identified(record).noise.has_value());
 }
 
+/// Where the arm moves most against the motor, whose speed is all that is known of its own.
+TEST(IdentifyStatistics, PredictionFindsNoiseOfARecordThatBeginsInMotion) {
+  constexpr int kSamples = 8000;
+  const SimulatedExperiment experiment =
+      simulate_experiment(published_estimate(), {.samples = 2 * kSamples,
+                                                 .sensor_noise = 0.08,
+                                                 .torque_disturbance = 0.06,
+                                                 .torque_pole = 0.9});
+  int first = 0;
+  const auto apart = [&](int k) {
+    return std::abs(experiment.states[k][kSpeedArm] - experiment.states[k][kSpeedMotor]);
+  };
+  for (int k = 0; k < kSamples; ++k)
+    if (apart(k) > apart(first)) first = k;
+  ASSERT_GT(apart(first), 15.0);
+  const auto begin = experiment.record.samples.begin() + first;
+  const Identification found = identified_by_prediction({"in motion", {begin, begin + kSamples}});
+  EXPECT_TRUE(found.noise->motor_alone);
+  EXPECT_NEAR(found.noise->torque_pole, 0.9, 0.03);
+  EXPECT_NEAR(found.noise->sensor_sd, 0.08, 0.004);
+}
+
 TEST(BaseFit, DoesNotBeginWhereItCannotBeSimulated) {
   ExperimentSettings settings;
   settings.samples = 6000;

@@ -110,6 +110,20 @@ TEST(Identify, KeepsTheBestWhenIterationsRunOut) {
   EXPECT_LE(found.mse, identify(published_arm(), records, settings).mse);
 }
 
+/// Nothing would hold them: what a record begins with has faded where predictions begin to count.
+TEST(Identify, DoesNotSearchForStatesThatThePredictionsFilterFinds) {
+  const Record record = experiment(4000, 0.2);
+  IdentifySettings settings = free_states();
+  settings.criterion = Criterion::kPrediction;
+  settings.jackknife = false;
+  const Identification asked = identify(published_arm(), {record}, settings);
+  settings.initial = prediction_choice(published_arm());
+  const Identification usual = identify(published_arm(), {record}, settings);
+  ASSERT_EQ(asked.parameters.size(), usual.parameters.size());
+  for (std::size_t i = 0; i < usual.parameters.size(); ++i)
+    EXPECT_EQ(asked.parameters[i].value, usual.parameters[i].value);
+}
+
 TEST(Identify, DrawnStartsAreTheSameForTheSameSeed) {
   IdentifySettings settings = free_states();
   settings.starts = 3;

@@ -219,6 +219,18 @@ PredictionNoise noise_of(const FoundMinimum& found, const OutputError& error,
   return noise;
 }
 
+/// Initial states that a search is to find: where a filter corrects the states as it goes, only
+/// those that it does not. The others would hardly change what is weighed, and so run away.
+InitialChoice to_be_found(const Model& model, const IdentifySettings& settings) {
+  InitialChoice initial = settings.initial;
+  if (settings.criterion == Criterion::kSimulation) return initial;
+  const std::vector<int> uncorrected = prediction_choice(model).free;
+  std::erase_if(initial.free, [&](int state) {
+    return std::ranges::find(uncorrected, state) == uncorrected.end();
+  });
+  return initial;
+}
+
 /// Searches with Huber's loss from the model's values. Outliers may have spoilt the fit by squares,
 /// from which the first scale comes, so that the scale is taken again from what each search left.
 Minimum robust_search(const OutputError& error, Variables variables, Minimum found,
@@ -250,7 +262,9 @@ Identification identify(const Model& model, const std::vector<Record>& records,
 }
 
 Identification identify_pieces(const Model& model, const std::vector<Record>& records,
-                               const IdentifySettings& settings) {
+                               const IdentifySettings& asked) {
+  IdentifySettings settings = asked;
+  settings.initial = to_be_found(model, asked);
   const Crew crew(settings.threads);
   const OutputError unfitted(model, records, settings.initial, settings.propagation);
   check_length(unfitted, records);

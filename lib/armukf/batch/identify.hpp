@@ -26,7 +26,8 @@ enum class Criterion { kSimulation, kPrediction };
 /// What the user may choose of a batch estimate, beside the model.
 struct IdentifySettings {
   Propagation propagation;
-  InitialChoice initial;
+  InitialChoice initial;  // with kPrediction free are at most the angles of effects, which no
+                          // filter corrects
   Criterion criterion = Criterion::kSimulation;
   int starts = 1;          // searches; the first from the model's values, the rest drawn about them
   std::uint64_t seed = 1;  // of the drawn starts
