@@ -34,7 +34,7 @@ ONE_DELAY = {"input_delay", "drive_lag", "sensor_lag"}
 COUNTED_GROWTH = 1.3, 40.0
 WANTED_GROWTH = 1.4, 33.0
 
-HALVES = {"tuning": 1_000_000, "score": 2_000_000}
+HALVES = {"tuning": 1_000_000, "score": 4_000_000}
 GROUPS = {"null": 0, "single": 100_000, "several": 200_000, "foreign": 300_000}
 # Records of a group; of single and foreign for each of their effects. Every third of several has
 # three effects, the others two.

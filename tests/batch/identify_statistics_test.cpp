@@ -283,7 +283,8 @@ TEST(IdentifyStatistics, PredictionFindsNoiseOfARecordThatBeginsInMotion) {
   const auto begin = experiment.record.samples.begin() + first;
   const Identification found = identified_by_prediction({"in motion", {begin, begin + kSamples}});
   EXPECT_TRUE(found.noise->motor_alone);
-  EXPECT_NEAR(found.noise->torque_pole, 0.9, 0.03);
+  const double density = 0.06 * std::sqrt((1.0 + 0.9) / (1.0 - 0.9) * 5e-4);
+  EXPECT_NEAR(found.noise->torque_density / density, 1.0, 0.15);
   EXPECT_NEAR(found.noise->sensor_sd, 0.08, 0.004);
 }
 
