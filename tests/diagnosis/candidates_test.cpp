@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "armukf/batch/experiment.hpp"
 #include "armukf/core/constants.hpp"
@@ -64,6 +65,46 @@ TEST(ExplainedAsWell, IsNothingWithoutWhatExplainsMuch) {
     without.density = kForesightDensity;
     EXPECT_EQ(explained_as_well(without, {}, with.estimation, records).has_value(), bias == 0.0);
   }
+}
+
+/// Of an arm whose gear box has wide play, which a spring without any stiffness about its rest
+/// stands in for: from there a fit with play does not lead back to the arm's stiffness.
+TEST(ContestFrom, FindsWhatMinimaWithoutItDoNotLeadTo) {
+  Model plant = published_estimate();
+  plant.add_effect("backlash");
+  plant.parameter("backlash").value = 0.15;
+  Model bent = published_estimate();
+  bent.parameter("k_g1").value = 1e-3;
+  bent.parameter("k_g3").value = 160.0;
+  int near = 0;
+  int far = 0;
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    const TraceRecords records =
+        trace_records({simulate_experiment(plant, {.seed = seed,
+                                                   .samples = 10000,
+                                                   .sensor_noise = 0.25,
+                                                   .sensor_pole = 0.5,
+                                                   .torque_disturbance = 0.1,
+                                                   .torque_pole = 0.9})
+                           .record},
+                      {}, {}, 0.05);
+    const Explained now = explained(bent, {}, records, kForesightDensity);
+    const std::vector<Trial> play = trials_of("backlash", now.fit.model, {});
+    const Looks looks = looks_of(play);
+    const auto is_found = [&](const Contest& contest) {
+      const Refit* best = best_found(contest.refits);
+      return best != nullptr &&
+             std::abs(best->explained.fit.model.parameter("backlash").value - 0.15) < 0.02;
+    };
+    Explained base = now;
+    near += is_found(contest(base, {now.fit}, play, looks, records, {}));
+    base = now;
+    far += is_found(contest_from(published_arm(), base, play, looks, records, {}));
+  }
+  EXPECT_LE(near, 1);
+  EXPECT_GE(far, 3);
+  RecordProperty("near", near);
+  RecordProperty("far", far);
 }
 
 }  // namespace
