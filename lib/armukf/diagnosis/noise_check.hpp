@@ -53,9 +53,6 @@ class NoiseCheck {
   std::vector<Stead> instead(const Model& rest, const std::vector<Refit>& rivals,
                              const AcceptanceSettings& settings);
 
-  /// Whether what the model as it stands leaves can be noise alone. Fits the noise, once.
-  bool noise_can_be_all(const AcceptanceSettings& settings);
-
   /// Whether noise was found to explain far too little, by what has been asked.
   bool hopeless(const AcceptanceSettings& settings) const;
 
@@ -66,6 +63,9 @@ class NoiseCheck {
     Suggestion suggestion;
     double p_value;
   };
+
+  /// Whether the base's innovations can be noise alone. Makes that base, once.
+  bool noise_can_be_all(const AcceptanceSettings& settings);
 
   /// near: noise that theirs is looked for near to; else anywhere.
   FoundMinimum likeliest(const Model& model, const StatesOfPieces& x0,

@@ -149,7 +149,7 @@ struct Round {
 /// which tell what shows late; among what is tried last; and at the end by the likelihood alone.
 /// Goes on only while nothing counts as found, or what does shows late. Where the slow filter has
 /// told the effect before, it is asked first, and the fast one once more before nothing is found.
-/// If nothing is, and yet what is left cannot be noise, once more from the given values of the arm.
+/// If nothing is, all more common effects are tried once more from the given values of the arm.
 Contest looked_for(const Round& round, Standing& standing) {
   const Suggested& suggested = round.suggested;
   const TraceRecords& records = round.records;
