@@ -583,12 +583,12 @@ Refit refitted(const Trial& trial, const Model& from, const StatesOfPieces& x0,
 
 namespace {
 
-/// Goes on with the most promising of those, best first, and judges them.
-Contest judged_of(const std::vector<Begun>& begun, Explained& now, const std::vector<Trial>& trials,
-                  const Looks& looks, const TraceRecords& records,
+/// Goes on with the most promising of those, best first, and judges them. looked_at: the records
+/// as they were begun with.
+Contest judged_of(const std::vector<Begun>& begun, const Thinned& looked_at, Explained& now,
+                  const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
                   const AcceptanceSettings& acceptance) {
   const double density = now.fit.density;
-  const Thinned looked_at = thinned(records.estimation);
   const double without = level_of(now.fit, looked_at, records.propagation);
   std::map<std::string, bool> judged;  // of each effect: whether it is among the most promising
   std::vector<Begun> promising;
@@ -635,9 +635,9 @@ Contest judged_of(const std::vector<Begun>& begun, Explained& now, const std::ve
 Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
                 const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
                 const AcceptanceSettings& acceptance) {
-  return judged_of(
-      begun_fits(trials, bases, thinned(records.estimation), records.propagation, now.fit.density),
-      now, trials, looks, records, acceptance);
+  const Thinned looked_at = thinned(records.estimation);
+  return judged_of(begun_fits(trials, bases, looked_at, records.propagation, now.fit.density),
+                   looked_at, now, trials, looks, records, acceptance);
 }
 
 Contest contest_from(const Model& given, Explained& now, const std::vector<Trial>& trials,
@@ -645,9 +645,9 @@ Contest contest_from(const Model& given, Explained& now, const std::vector<Trial
                      const AcceptanceSettings& acceptance) {
   const ForesightFit base = fit_foresight(with_values(now.fit.model, given), {}, records.estimation,
                                           records.propagation, now.fit.density, 0);
-  return judged_of(followed_fits(trials, base, thinned(records.estimation), records.propagation,
-                                 now.fit.density),
-                   now, trials, looks, records, acceptance);
+  const Thinned looked_at = thinned(records.estimation);
+  return judged_of(followed_fits(trials, base, looked_at, records.propagation, now.fit.density),
+                   looked_at, now, trials, looks, records, acceptance);
 }
 
 }  // namespace armukf
