@@ -9,6 +9,7 @@
 #include "armukf/batch/frequency_start.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/diagnosis/trace_records.hpp"
+#include "armukf/model/plant.hpp"
 
 namespace armukf {
 namespace {
@@ -51,6 +52,18 @@ TEST(Placed, BlocksKnowHowLateTheyAre) {
   const FittedModel blocks =
       placed(truth, blocks_of(records.estimation).pieces, records.propagation);
   EXPECT_LT(blocks.mse, 1e-6);
+}
+
+TEST(HeldTogether, LeavesUnknownSpringsAPartOfTheirStiffness) {
+  Model model = published_arm();
+  model.parameter("k_a").value = 3.0;
+  model.parameter("k_g1").known = true;
+  const Model held = held_together(model);
+  EXPECT_DOUBLE_EQ(held.parameter("k_a").lower, 3.0 * kLeastSpring);
+  EXPECT_EQ(held.parameter("k_g1").lower, model.parameter("k_g1").lower);
+  model.parameter("k_a").value = 300.0;  // what is typical still counts
+  EXPECT_DOUBLE_EQ(held_together(model).parameter("k_a").lower,
+                   model.parameter("k_a").scale * kLeastSpring);
 }
 
 }  // namespace

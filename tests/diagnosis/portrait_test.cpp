@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
@@ -131,6 +132,15 @@ TEST(Portrait, TellsAParameterThatGoesWithTime) {
   const auto goes = [&](double, double time) { return stiffness * (1.0 + 0.04 * time); };
   EXPECT_TRUE(any_has(portrait_of_fit(record_of_changing("k_a", goes)),
                       "k_a is not the same at all times, by about"));
+}
+
+TEST(Portrait, TellsAParameterThatComesAndGoes) {
+  const double inertia = published_estimate().parameter("J").value;
+  const auto goes = [&](double, double time) {
+    return inertia * (1.0 + 0.1 * std::sin(2.0 * std::numbers::pi * 0.9 * time));
+  };
+  EXPECT_TRUE(any_has(portrait_of_fit(record_of_changing("J", goes)),
+                      "J is not the same all the time, but comes and goes, by about"));
 }
 
 }  // namespace

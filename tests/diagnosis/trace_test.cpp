@@ -11,6 +11,7 @@
 #include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/diagnosis/effect_torque.hpp"
+#include "armukf/model/plant.hpp"
 
 namespace armukf {
 namespace {
@@ -207,6 +208,18 @@ TEST(Trace, TakesEachPieceBetweenGapsForItself) {
                    diagnosis.before_validation.mse);
   EXPECT_NE(mean_square_error(*diagnosis.after_validation_measures.free),
             diagnosis.after_validation_measures.mse);
+}
+
+/// What a search keeps springs above is nobody's bound afterwards.
+TEST(Trace, GivesBoundsBackAsTheyWere) {
+  TraceSettings settings;
+  settings.most_effects = 0;
+  const Diagnosis found =
+      trace(published_arm(), {record_of(published_estimate(), ExperimentKind::kEstimation)}, {},
+            settings);
+  for (const FittedModel* fit :
+       {&found.base.best, &found.base_validation, &found.after, &found.after_validation})
+    for (const int spring : kSprings) EXPECT_EQ(fit->model.parameters[spring].lower, 0.0);
 }
 
 TEST(Trace, RefusesRecordsThatCannotTell) {

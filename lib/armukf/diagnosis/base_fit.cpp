@@ -158,6 +158,15 @@ Model softened(Model model) {
   return model;
 }
 
+Model held_together(Model model) {
+  for (const int i : kSprings) {
+    Parameter& spring = model.parameters[i];
+    if (!spring.known)
+      spring.lower = std::max(spring.lower, kLeastSpring * std::min(spring.scale, spring.value));
+  }
+  return model;
+}
+
 void BaseFit::add(FittedModel fit) {
   mse.push_back(fit.mse);
   if (mse.size() == 1 || rank(fit) < rank(best)) best = std::move(fit);

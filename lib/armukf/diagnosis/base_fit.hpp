@@ -70,6 +70,10 @@ struct BaseFit {
 /// The model as a start from a soft and lightly damped arm.
 Model softened(Model model);
 
+/// The model with springs that hold: unknown ones keep kLeastSpring of their given and of their
+/// typical stiffness at least.
+Model held_together(Model model);
+
 /// From the model's own values, from a soft and lightly damped arm, and from the frequency response
 /// of the longest piece. A minimum whose initial states no machine could have does not count.
 /// Throws InputError where that piece excites too little, or where no start can be simulated.

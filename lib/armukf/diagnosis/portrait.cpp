@@ -24,6 +24,7 @@ constexpr double kMatters = 0.005;     // of the squared innovations, most of wh
 constexpr double kOutstanding = 40.0;  // beside its neighbourhood
 constexpr double kHighestHz = 100.0;
 constexpr int kBlocks = 4;  // of the record's time
+constexpr int kWaves = 12;  // half periods in it of what comes and goes, at most
 
 /// What the motor does at a sample, as the model says.
 struct Instant {
@@ -149,10 +150,15 @@ std::vector<Course> courses(const std::vector<Instant>& motion, const std::vecto
   const Eigen::Map<const Eigen::VectorXd> whole(angle.data(),
                                                 static_cast<Eigen::Index>(angle.size()));
   const Eigen::VectorXd about = scaled(whole.array() - whole.mean());
+  Eigen::MatrixXd waves(about.size(), kWaves);
+  for (int j = 0; j < kWaves; ++j)
+    waves.col(j) =
+        course([j](const Instant& at) { return std::cos(std::numbers::pi * (j + 1) * at.share); });
   Eigen::MatrixXd over_angle(about.size(), 2);
   over_angle << about, about.cwiseAbs2();
   return {{"at all angles of the motor", over_angle},
           {"at all times", course([](const Instant& at) { return at.share; })},
+          {"all the time, but comes and goes", waves},
           {"at all speeds", course([](const Instant& at) { return std::abs(at.speed); })},
           {"at all loads", course([](const Instant& at) { return std::abs(at.torque); })}};
 }

@@ -15,6 +15,7 @@
 #include "armukf/core/error.hpp"
 #include "armukf/core/parallel.hpp"
 #include "armukf/core/residual_tests.hpp"
+#include "armukf/diagnosis/base_fit.hpp"
 #include "armukf/diagnosis/candidates.hpp"
 #include "armukf/diagnosis/completion.hpp"
 #include "armukf/diagnosis/consistency.hpp"
@@ -24,6 +25,7 @@
 #include "armukf/diagnosis/portrait.hpp"
 #include "armukf/diagnosis/search.hpp"
 #include "armukf/diagnosis/trace_records.hpp"
+#include "armukf/model/plant.hpp"
 
 namespace armukf {
 namespace {
@@ -355,6 +357,14 @@ struct Traced {
   bool more_there = false;  // whether more is left of the validation records
 };
 
+/// With the bounds that were given.
+Diagnosis bounded_as_given(Diagnosis diagnosis, const Model& given) {
+  for (FittedModel* fit : {&diagnosis.base.best, &diagnosis.base_validation, &diagnosis.after,
+                           &diagnosis.after_validation})
+    for (const int i : kSprings) fit->model.parameters[i].lower = given.parameters[i].lower;
+  return diagnosis;
+}
+
 /// One way to use the records.
 Traced traced(const Model& model, const TraceRecords& records, const TraceSettings& settings,
               const TraceProgress& progress) {
@@ -417,16 +427,18 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
 
 }  // namespace
 
-Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
+Diagnosis trace(const Model& given, const std::vector<Record>& estimation,
                 const std::vector<Record>& validation, const TraceSettings& settings,
                 const TraceProgress& progress) {
-  if (model.unknowns().empty())
+  if (given.unknowns().empty())
     throw InputError("diagnose: needs an unknown parameter; all of them are fixed");
   const Crew crew(settings.threads);
+  const Model model = held_together(given);
   TraceRecords records =
       trace_records(estimation, validation, settings.propagation, settings.longest_gap_s);
   Traced first = traced(model, records, settings, progress);
-  if (!first.more_there || !first.diagnosis.effects.empty()) return std::move(first.diagnosis);
+  if (!first.more_there || !first.diagnosis.effects.empty())
+    return bounded_as_given(std::move(first.diagnosis), given);
   std::swap(records.estimation, records.validation);
   records.validation_guards = true;
   Diagnosis other = traced(model, records, settings, [&](std::string_view stage, double share) {
@@ -435,9 +447,10 @@ Diagnosis trace(const Model& model, const std::vector<Record>& estimation,
   const double error =
       other.after.mse + placed(other.after.model, records.validation, records.propagation).mse;
   const double before = first.diagnosis.base.best.mse + first.diagnosis.base_validation.mse;
-  if (other.effects.empty() || !does_as_well(error, before, 0.0)) return std::move(first.diagnosis);
+  if (other.effects.empty() || !does_as_well(error, before, 0.0))
+    return bounded_as_given(std::move(first.diagnosis), given);
   other.of_validation = true;
-  return other;
+  return bounded_as_given(std::move(other), given);
 }
 
 }  // namespace armukf

@@ -168,7 +168,8 @@ struct EffectParameter {
   double scale;
   Role role = Role::kSize;
   Grid grid{};
-  bool known = false;  // no search moves it unless it is set free
+  bool known = false;   // no search moves it unless it is set free
+  bool moment = false;  // s, when something happens in one record: another tells nothing of it
 };
 
 /// Name, unit, beginning and prior standard deviation of one state of an effect.

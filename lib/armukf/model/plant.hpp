@@ -82,6 +82,12 @@ inline StartFactors soft_start() { return {{"d_g", 0.5}, {"k_a", 0.5}, {"d_a", 0
 inline constexpr double kUsualTwist = 1.0;
 inline constexpr double kMostTwist = 10.0;
 
+/// The springs that hold the masses together. A search that knows nothing of an arm leaves them
+/// this much of their given and of their typical stiffness at least: a mass that is let go floats
+/// about and mimics a drifting torque, and from there nothing leads back.
+inline constexpr std::array kSprings{kKg1, kKa};
+inline constexpr double kLeastSpring = 1.0 / 30;
+
 /// rad/s; no motor turns so fast: a simulation that says so has diverged.
 inline constexpr double kRunawaySpeed = 1e6;
 

@@ -16,6 +16,7 @@
 #include "armukf/model/dynamics.hpp"
 #include "armukf/model/plant.hpp"
 #include "armukf/ode/propagate.hpp"
+#include "armukf/online/held_shapes.hpp"
 #include "armukf/online/noise_watch.hpp"
 #include "armukf/online/race.hpp"
 #include "armukf/online/settings.hpp"
@@ -144,37 +145,22 @@ class Engine {
   }
 
   /// Goes on from what an earlier estimate believed, and remembers it: what contradicts it is told
-  /// with a wider deviation.
-  void go_on_from(const ParameterBelief& earlier) {
-    believe(earlier);
+  /// with a wider deviation. Shapes that are held stay put until a size of their effect is told:
+  /// they are believed far narrower than they are told.
+  void go_on_from(const ParameterBelief& earlier, const std::vector<HeldShape>& held) {
+    constexpr double kHeld = 1e-3;  // of the deviation
+    held_ = held;
+    PerUnknown part = filled_with_one();
+    for (const HeldShape& shape : held_) part[shape.unknown] = kHeld;
+    believe(earlier, part);
     for (int k = 0; k < coordinates_->size(); ++k)
-      began_at_[k] = {filter_.mean()[states() + k], 1.0 / std::sqrt(free_covariance(k, k))};
+      began_at_[k] = {filter_.mean()[states() + k], part[k] / std::sqrt(free_covariance(k, k)),
+                      1.0 / part[k]};
   }
 
   /// Believes what was believed elsewhere; believe_parameters came before. Unknowns of which that
   /// knows nothing keep their prior. A covariance that is none is left out.
-  void believe(const ParameterBelief& earlier) {
-    const int n = coordinates_->size();
-    const SmallSquare physical = with_prior(earlier);
-    const auto free = [&](int i, int j) {
-      return coordinates_->free_covariance(i, j, parameters_.data(), physical);
-    };
-    constexpr double kWider = 2.0;  // than any prior may be, of what was found
-    std::array<double, kMaxParameters> part;
-    for (int k = 0; k < n; ++k)
-      part[k] = std::min(1.0, kWider * most_sd(k) / std::sqrt(free(k, k)));
-    SmallSquare L;
-    for (int j = 0; j < n; ++j) {
-      for (int i = j; i < n; ++i) {
-        double sum = part[i] * part[j] * free(i, j);
-        for (int k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
-        if (i == j && !(sum > 0.0)) return;
-        L(i, j) = i == j ? std::sqrt(sum) : sum / L(j, j);
-      }
-    }
-    filter_.believe_block(states(), n, L);
-    if (coloured_ && earlier.noise.known) believe(earlier.noise);
-  }
+  void believe(const ParameterBelief& earlier) { believe(earlier, filled_with_one()); }
 
   /// The same, and never learns another noise than its.
   void keep(const ParameterBelief& earlier) {
@@ -271,6 +257,7 @@ class Engine {
     }
     coordinates_->keep_inside(filter_.mean().begin() + states());
     if (coloured_) learn(innovation, before, at);
+    release_what_is_told();
     look_at_scores(at.watched);
     if (adapts_) {
       adapt(innovation, at.watched);
@@ -327,7 +314,7 @@ class Engine {
 
   /// Deviations of all unknowns, of the same.
   void deviations(double* sd) const {
-    model_deviations(sd);
+    believed_deviations(sd);
     for (int k = 0; k < coordinates_->size(); ++k) sd[k] *= told(k);
   }
 
@@ -336,8 +323,8 @@ class Engine {
 
   /// Deviations as the belief has them.
   void model_deviations(double* sd) const {
-    const auto P = [&](int i, int j) { return free_covariance(i, j); };
-    coordinates_->deviations(parameters_.data(), P, sd);
+    believed_deviations(sd);
+    for (int k = 0; k < coordinates_->size(); ++k) sd[k] *= began_at_[k].narrowed;
   }
 
   /// Part of the innovations' mean square that is beyond what the noise explains, 0 to 1, of the
@@ -353,7 +340,7 @@ class Engine {
   template <class Archive>
   void archive(Archive& archive) {
     archive(filter_, noise_, watch_, learnt_, kick_, usual_dt_, since_update_s_, kicked_, opening_);
-    for (Begun& began : began_at_) archive(began.z, began.precision);
+    for (Begun& began : began_at_) archive(began.z, began.precision, began.narrowed);
     archive(scores_, widening_, scored_at_, scores_keep_, samples_, seen_, expected_, since_fade_,
             faded_at_);
     if (!scores_.fits(coordinates_->size())) throw InputError("has scores of other unknowns");
@@ -362,6 +349,8 @@ class Engine {
   }
 
  private:
+  using PerUnknown = std::array<double, Shape::kSize>;
+
   /// As large as there may be unknowns, so that a belief can be changed while it runs without
   /// allocating.
   class SmallSquare {
@@ -408,6 +397,29 @@ class Engine {
         }
       }
     return sum;
+  }
+
+  /// The same with a part of each deviation only.
+  void believe(const ParameterBelief& earlier, PerUnknown part) {
+    const int n = coordinates_->size();
+    const SmallSquare physical = with_prior(earlier);
+    const auto free = [&](int i, int j) {
+      return coordinates_->free_covariance(i, j, parameters_.data(), physical);
+    };
+    constexpr double kWider = 2.0;  // than any prior may be, of what was found
+    for (int k = 0; k < n; ++k)
+      part[k] *= std::min(1.0, kWider * most_sd(k) / std::sqrt(free(k, k)));
+    SmallSquare L;
+    for (int j = 0; j < n; ++j) {
+      for (int i = j; i < n; ++i) {
+        double sum = part[i] * part[j] * free(i, j);
+        for (int k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
+        if (i == j && !(sum > 0.0)) return;
+        L(i, j) = i == j ? std::sqrt(sum) : sum / L(j, j);
+      }
+    }
+    filter_.believe_block(states(), n, L);
+    if (coloured_ && earlier.noise.known) believe(earlier.noise);
   }
 
   double measured_sd(bool measured) const {
@@ -523,18 +535,39 @@ class Engine {
     scores_keep_ = 1.0;
   }
 
+  /// Lets shapes go of whose effects a size is told by now. What they were pulled by while they
+  /// were held is forgotten.
+  void release_what_is_told() {
+    const auto is_told = [&](int size) {
+      const double distance = std::abs(filter_.mean()[states() + size]);  // over the size's scale
+      return distance >= kToldSize * told(size) * filter_.deviation(states() + size);
+    };
+    for (const HeldShape& shape : held_) {
+      const int k = shape.unknown;
+      if (!is_held(k) || std::ranges::none_of(shape.sizes, is_told)) continue;
+      filter_.widen(states() + k, std::exchange(began_at_[k].narrowed, 1.0));
+      scores_ = {};
+      widening_ = filled_with_one();
+    }
+  }
+
   /// Stretches contradict each other in free coordinates, by so much each; an unknown that hangs
   /// together with others (a share) is widened by what these make of it, and never narrowed.
   template <class Excess>
   void widen(const Excess& excess) {
-    std::array<double, Shape::kSize> by;
-    std::array<double, Shape::kSize> believed;
+    PerUnknown by;
+    PerUnknown believed;
     for (int k = 0; k < coordinates_->size(); ++k) by[k] = excess(k);
-    model_deviations(believed.data());
+    believed_deviations(believed.data());
     const auto P = [&](int i, int j) { return by[i] * by[j] * free_covariance(i, j); };
     coordinates_->deviations(parameters_.data(), P, widening_.data());
     for (int k = 0; k < coordinates_->size(); ++k)
       widening_[k] = believed[k] > 0.0 ? std::max(1.0, widening_[k] / believed[k]) : 1.0;
+  }
+
+  void believed_deviations(double* sd) const {
+    const auto P = [&](int i, int j) { return free_covariance(i, j); };
+    coordinates_->deviations(parameters_.data(), P, sd);
   }
 
   double free_covariance(int i, int j) const {
@@ -544,8 +577,11 @@ class Engine {
   static double squared(double x) { return x * x; }
 
   /// What the k-th unknown's deviation is multiplied by where it is told.
-  double told(int k) const { return by_stretches(k) * by_beginning(k); }
-  double by_stretches(int k) const { return widening_[k] * unnarrowed(k); }
+  double told(int k) const {
+    return is_held(k) ? began_at_[k].narrowed : by_stretches(k) * by_beginning(k);
+  }
+  double by_stretches(int k) const { return is_held(k) ? 1.0 : widening_[k] * unnarrowed(k); }
+  bool is_held(int k) const { return began_at_[k].narrowed > 1.0; }
 
   /// An earlier estimate's value that these samples leave by more than its deviation contradicts
   /// them: one of both is worth so much less than it says, as R. T. Birge has it (Phys. Rev. 40,
@@ -591,8 +627,8 @@ class Engine {
     follow_model_error(innovation, watched, 0.0, settings_->adaptation.settle_s);
   }
 
-  static std::array<double, Shape::kSize> filled_with_one() {
-    std::array<double, Shape::kSize> ones;
+  static PerUnknown filled_with_one() {
+    PerUnknown ones;
     ones.fill(1.0);
     return ones;
   }
@@ -656,7 +692,8 @@ class Engine {
     const double walk = from.at_rest ? 0.0
                         : learnt_    ? annealed.at(from.watched) - annealed.floor
                                      : annealed.at(from.watched);
-    for (int k = 0; k < coordinates_->size(); ++k) sum[states() + k] = variance(walk);
+    for (int k = 0; k < coordinates_->size(); ++k)
+      sum[states() + k] = variance(walk / began_at_[k].narrowed);
     return sum;
   }
 
@@ -679,14 +716,16 @@ class Engine {
   double believed_spread_ = 1.0;  // of the parameters' prior, with which they began last
   ScoreSpread<Shape::kSize> scores_;
   // What each coordinate's deviation is multiplied by; 1 where the noise is known.
-  std::array<double, Shape::kSize> widening_ = filled_with_one();
+  PerUnknown widening_ = filled_with_one();
   /// What an earlier estimate has left of a free coordinate to begin with, and one over its
-  /// deviation; 0 where there was none.
+  /// deviation, 0 where there was none; and how many times narrower it is believed than told.
   struct Begun {
     double z = 0.0;
     double precision = 0.0;
+    double narrowed = 1.0;
   };
   std::array<Begun, Shape::kSize> began_at_{};
+  std::vector<HeldShape> held_;
   double scored_at_ = 0.0;    // s, watched
   double scores_keep_ = 1.0;  // of the weight of earlier scores, by what faded since the last one
   double samples_ = 0.0;      // used

@@ -17,6 +17,7 @@
 #include "armukf/model/plant.hpp"
 #include "armukf/online/description.hpp"
 #include "armukf/online/filters.hpp"
+#include "armukf/online/held_shapes.hpp"
 #include "armukf/online/race.hpp"
 #include "armukf/online/runner.hpp"
 #include "armukf/online/seals.hpp"
@@ -204,13 +205,15 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
     throw InputError(fmt::format("adaptation: least, {}, is above most, {}", s.adaptation.least,
                                  s.adaptation.most));
   runners.reserve(most_runners());
+  std::vector<HeldShape> held;
+  if (settings.belief) held = held_shapes(model, *settings.belief);
   for (const Start& start : starts_of(model, settings.race)) {
     runners.push_back(make_runner(model, coordinates, settings));
     std::visit(
         [&](auto& r) {
           r.engine().believe_parameters(start.values);
           r.engine().begin_at(start.places);
-          if (settings.belief) r.engine().go_on_from(*settings.belief);
+          if (settings.belief) r.engine().go_on_from(*settings.belief, held);
         },
         runners.back());
   }

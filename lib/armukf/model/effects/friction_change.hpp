@@ -15,8 +15,16 @@ struct FrictionChange {
   static constexpr bool tried_last = true;
   static constexpr std::array parameters{
       EffectParameter{"friction_change", "N.m", 0.0, -20.0, 20.0, 0.1},
-      EffectParameter{
-          "friction_change_time", "s", 1.0, 0.0, 1e6, 1.0, Role::kShape, {0.5, 9.5, 10}}};
+      EffectParameter{"friction_change_time",
+                      "s",
+                      1.0,
+                      0.0,
+                      1e6,
+                      1.0,
+                      Role::kShape,
+                      {0.5, 9.5, 10},
+                      false,
+                      true}};
   static constexpr std::array<EffectState, 0> states{};
 
   template <class T>

@@ -13,7 +13,8 @@ struct PayloadChange {
   static constexpr std::string_view name = "payload_change";
   static constexpr std::array parameters{
       EffectParameter{"payload", "-", 0.0, -0.95, 100.0, 0.2},
-      EffectParameter{"payload_time", "s", -1.0, -1.0, 1e6, 1.0, Role::kShape, {-1.0, 8.0, 10}}};
+      EffectParameter{
+          "payload_time", "s", -1.0, -1.0, 1e6, 1.0, Role::kShape, {-1.0, 8.0, 10}, false, true}};
   static constexpr std::array<EffectState, 0> states{};
 
   template <class T>
