@@ -138,7 +138,7 @@ Distance distance(const Model& fit, const Scatter& scatter, const std::vector<in
 
 std::optional<Eigen::MatrixXd> stand_in(const Model& fit, const Scatter& scatter,
                                         const std::vector<int>& of, const std::vector<int>& by) {
-  constexpr double kLeft = 1e-6;  // of what a size does to the predictions, squared
+  constexpr double kLeft = 1e-4;  // of what a size does to the predictions, squared
   const std::vector<Eigen::Index> own = places_of(of, fit);
   const std::vector<Eigen::Index> others = places_of(by, fit);
   const Eigen::MatrixXd& information = scatter.information;
