@@ -222,6 +222,20 @@ TEST(Trace, GivesBoundsBackAsTheyWere) {
     for (const int spring : kSprings) EXPECT_EQ(fit->model.parameters[spring].lower, 0.0);
 }
 
+/// A weight that swings the arm about: without it not even predictions explain the other record.
+TEST(Trace, TakesNoArmForAnotherOneThatALargeEffectMoves) {
+  Model truth = published_estimate();
+  truth.add_effect("gravity");
+  truth.parameter("gravity").value = 4.0;
+  const Diagnosis found =
+      trace(published_arm(), {record_of(truth, ExperimentKind::kEstimation, 5000)},
+            {record_of(truth, ExperimentKind::kValidation3, 5000)}, {});
+  ASSERT_FALSE(found.effects.empty());
+  EXPECT_EQ(found.effects.front().effect, "gravity");
+  EXPECT_LT(found.before_validation.fit_percent, 20.0);
+  EXPECT_GT(found.after_validation_measures.fit_percent, 90.0);
+}
+
 TEST(Trace, RefusesRecordsThatCannotTell) {
   const Record record = record_of(published_estimate(), ExperimentKind::kEstimation, 2000);
   Record same = record;

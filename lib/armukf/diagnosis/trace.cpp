@@ -383,9 +383,9 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   diagnosis.judges =
       diagnosis.validated ? records.validation : blocks_of(records.estimation).pieces;
   const Simulated without_any{diagnosis.base.best, judged(diagnosis.base.best, records)};
-  check_fit(without_any.validation,
-            diagnosis.validated ? first.best.validation : first.best.estimation, diagnosis.judges,
-            fmt::format("the model fitted to {}", records.estimation.front().name));
+  const std::string what = fmt::format("the model fitted to {}", records.estimation.front().name);
+  if (!diagnosis.validated)
+    check_fit(without_any.validation, first.best.estimation, diagnosis.judges, what);
   diagnosis.base_validation = without_any.validation;
   search.standing = {
       first.best, first.all, {}, diagnosis.base.best, error_so_far(first.best, records)};
@@ -394,6 +394,10 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   const Completing completing{base, first.minima, records, settings.acceptance};
   const Simulated simulated =
       completed(search, completing, first, without_any, settings.most_effects, say);
+  // What an arm does under a large effect, its model may not foretell at all: only with what was
+  // found is a validation record another arm's.
+  if (diagnosis.validated)
+    check_fit(simulated.validation, search.standing.now.validation, diagnosis.judges, what);
   say("what is left", 0.95);
   diagnosis.after = with_deviations_by_blocks(simulated, records);
   diagnosis.after_validation = simulated.validation;
