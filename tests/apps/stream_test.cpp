@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/program.hpp"
+#include "armukf/online/seals.hpp"
 
 namespace armukf {
 namespace {
@@ -206,9 +207,11 @@ TEST_F(Stream, CheckpointIsRefusedWithAReason) {
   put("c", wrong);
   expect_refused("a.csv --resume c", "c: is damaged: its checksum is wrong");
   std::string newer = whole;
-  newer[8] = 10;
+  newer[8] = static_cast<char>(kTrackSeal.version + 1);
   put("c", newer);
-  expect_refused("a.csv --resume c", "c: is of version 10; this program knows version 9");
+  expect_refused("a.csv --resume c",
+                 fmt::format("c: is of version {}; this program knows version {}",
+                             kTrackSeal.version + 1, kTrackSeal.version));
   expect_refused("a.csv --passes 2 --checkpoint c",
                  "--checkpoint, --resume: neither with --passes nor with --score");
 }
