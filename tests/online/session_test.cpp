@@ -400,6 +400,23 @@ TEST(Session, DoubtsWhatContradictsAnEarlierEstimate) {
   }
 }
 
+/// What many parameters have told together may be known exactly; rounding leaves less than nothing.
+TEST(Session, BelievesParametersThatHangTogetherEntirely) {
+  Model model = published_estimate();
+  for (Parameter& p : model.parameters) p.known = p.name != "k_a" && p.name != "d_a";
+  const double k_a = 0.2;   // N.m/rad, its deviation
+  const double d_a = 1e-4;  // N.m.s/rad
+  ParameterBelief earlier{{"k_a", "d_a"}, SquareMatrix(2), {}};
+  earlier.covariance(0, 0) = k_a * k_a;
+  earlier.covariance(1, 1) = d_a * d_a;
+  earlier.covariance(0, 1) = earlier.covariance(1, 0) = k_a * d_a;
+  EstimatorSettings settings;
+  settings.belief = earlier;
+  const std::vector<double> sd = Session(model, settings).parameter_deviations();
+  EXPECT_NEAR(sd[model.index_of("k_a")], k_a, 1e-6 * k_a);
+  EXPECT_NEAR(sd[model.index_of("d_a")], d_a, 1e-6 * d_a);
+}
+
 /// An earlier estimate that knows next to nothing of a logarithm is no reason to try arms that
 /// nobody has built.
 TEST(Session, DoubtsAnEarlierEstimateOnlySoFar) {

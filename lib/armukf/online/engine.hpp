@@ -16,7 +16,6 @@
 #include "armukf/model/dynamics.hpp"
 #include "armukf/model/plant.hpp"
 #include "armukf/ode/propagate.hpp"
-#include "armukf/online/held_shapes.hpp"
 #include "armukf/online/noise_watch.hpp"
 #include "armukf/online/race.hpp"
 #include "armukf/online/settings.hpp"
@@ -145,13 +144,12 @@ class Engine {
   }
 
   /// Goes on from what an earlier estimate believed, and remembers it: what contradicts it is told
-  /// with a wider deviation. Shapes that are held stay put until a size of their effect is told:
-  /// they are believed far narrower than they are told.
-  void go_on_from(const ParameterBelief& earlier, const std::vector<HeldShape>& held) {
-    constexpr double kHeld = 1e-3;  // of the deviation
-    held_ = held;
+  /// with a wider deviation. Unknowns that are `held` stay put: they are believed far narrower than
+  /// they are told.
+  void go_on_from(const ParameterBelief& earlier, const std::vector<int>& held) {
+    constexpr double kHeld = 0x1p-10;  // of the deviation
     PerUnknown part = filled_with_one();
-    for (const HeldShape& shape : held_) part[shape.unknown] = kHeld;
+    for (const int k : held) part[k] = kHeld;
     believe(earlier, part);
     for (int k = 0; k < coordinates_->size(); ++k)
       began_at_[k] = {filter_.mean()[states() + k], part[k] / std::sqrt(free_covariance(k, k)),
@@ -257,7 +255,6 @@ class Engine {
     }
     coordinates_->keep_inside(filter_.mean().begin() + states());
     if (coloured_) learn(innovation, before, at);
-    release_what_is_told();
     look_at_scores(at.watched);
     if (adapts_) {
       adapt(innovation, at.watched);
@@ -406,7 +403,8 @@ class Engine {
     const auto free = [&](int i, int j) {
       return coordinates_->free_covariance(i, j, parameters_.data(), physical);
     };
-    constexpr double kWider = 2.0;  // than any prior may be, of what was found
+    constexpr double kWider = 2.0;       // than any prior may be, of what was found
+    constexpr double kRounding = 1e-10;  // of a variance, of what it may be told by others
     for (int k = 0; k < n; ++k)
       part[k] *= std::min(1.0, kWider * most_sd(k) / std::sqrt(free(k, k)));
     SmallSquare L;
@@ -414,8 +412,13 @@ class Engine {
       for (int i = j; i < n; ++i) {
         double sum = part[i] * part[j] * free(i, j);
         for (int k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
-        if (i == j && !(sum > 0.0)) return;
-        L(i, j) = i == j ? std::sqrt(sum) : sum / L(j, j);
+        if (i > j) {
+          L(i, j) = sum / L(j, j);
+          continue;
+        }
+        const double rounding = kRounding * part[j] * part[j] * free(j, j);
+        if (!(sum > -rounding)) return;
+        L(j, j) = std::sqrt(std::max(sum, rounding));
       }
     }
     filter_.believe_block(states(), n, L);
@@ -533,22 +536,6 @@ class Engine {
       widen([&](int k) { return scores_.excess(k, P); });
     }
     scores_keep_ = 1.0;
-  }
-
-  /// Lets shapes go of whose effects a size is told by now. What they were pulled by while they
-  /// were held is forgotten.
-  void release_what_is_told() {
-    const auto is_told = [&](int size) {
-      const double distance = std::abs(filter_.mean()[states() + size]);  // over the size's scale
-      return distance >= kToldSize * told(size) * filter_.deviation(states() + size);
-    };
-    for (const HeldShape& shape : held_) {
-      const int k = shape.unknown;
-      if (!is_held(k) || std::ranges::none_of(shape.sizes, is_told)) continue;
-      filter_.widen(states() + k, std::exchange(began_at_[k].narrowed, 1.0));
-      scores_ = {};
-      widening_ = filled_with_one();
-    }
   }
 
   /// Stretches contradict each other in free coordinates, by so much each; an unknown that hangs
@@ -725,7 +712,6 @@ class Engine {
     double narrowed = 1.0;
   };
   std::array<Begun, Shape::kSize> began_at_{};
-  std::vector<HeldShape> held_;
   double scored_at_ = 0.0;    // s, watched
   double scores_keep_ = 1.0;  // of the weight of earlier scores, by what faded since the last one
   double samples_ = 0.0;      // used

@@ -11,6 +11,11 @@
 namespace armukf {
 namespace {
 
+/// Of a size of so many deviations a phase is told to one part in as many of a radian, and what its
+/// shape does to a measurement is linear over that. Of a smaller one a filter, which looks along
+/// tangents, lets the shape walk.
+constexpr double kToldSize = 4.0;
+
 /// Place of a name in the belief; -1: nothing is believed of it.
 int place_in(const ParameterBelief& belief, std::string_view name) {
   const auto at = std::ranges::find(belief.names, name);
@@ -24,29 +29,24 @@ bool is_told(const Parameter& size, const ParameterBelief& earlier) {
 
 }  // namespace
 
-std::vector<HeldShape> held_shapes(const Model& model, const ParameterBelief& earlier) {
+std::vector<int> held_shapes(const Model& model, const ParameterBelief& earlier) {
   const std::vector<int> unknowns = model.unknowns();
-  std::vector<HeldShape> held;
+  std::vector<int> held;
   for (const EffectSlot& slot : model.effects) {
     const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
-    std::vector<int> sizes;
-    std::vector<HeldShape> shapes;
     bool told = false;
+    std::vector<int> shapes;
     for (std::size_t i = 0; i < parameters.size(); ++i) {
       const int position = slot.first_parameter + static_cast<int>(i);
-      const auto at = std::ranges::find(unknowns, position);
-      const int k = static_cast<int>(at - unknowns.begin());
       const Parameter& parameter = model.parameters[position];
       if (parameters[i].role == Role::kSize) {
-        told = told || at == unknowns.end() || is_told(parameter, earlier);
-        sizes.push_back(k);
-      } else if (at != unknowns.end() && place_in(earlier, parameter.name) >= 0) {
-        (parameters[i].moment ? held : shapes).push_back({k, {}});
+        told = told || parameter.known || is_told(parameter, earlier);
+      } else if (!parameter.known && place_in(earlier, parameter.name) >= 0) {
+        const auto place = std::ranges::find(unknowns, position) - unknowns.begin();
+        (parameters[i].moment ? held : shapes).push_back(static_cast<int>(place));
       }
     }
-    if (told) continue;
-    for (HeldShape& shape : shapes) shape.sizes = sizes;
-    held.insert(held.end(), shapes.begin(), shapes.end());
+    if (!told) held.insert(held.end(), shapes.begin(), shapes.end());
   }
   return held;
 }

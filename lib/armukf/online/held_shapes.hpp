@@ -7,20 +7,11 @@
 
 namespace armukf {
 
-/// Of a size of so many deviations a phase is told to one part in as many of a radian, and what its
-/// shape does to a measurement is linear over that. Of a smaller one a filter, which looks along
-/// tangents, lets the shape walk.
-inline constexpr double kToldSize = 4.0;
-
-/// A shape that stays put until one of those sizes is told; both as places among the unknowns.
-struct HeldShape {
-  int unknown;
-  std::vector<int> sizes;  // none: for ever
-};
-
-/// What an estimate that goes on from `earlier` holds: shapes of effects whose sizes that tells to
-/// be hardly more than nothing (the harmonic of a ripple that may not be there); and for ever, when
-/// something happened in an earlier record.
-std::vector<HeldShape> held_shapes(const Model& model, const ParameterBelief& earlier);
+/// Which unknowns of the model, as places among them, an estimate that goes on from `earlier` holds
+/// at their values: shapes of effects whose sizes that tells to be hardly more than nothing (the
+/// harmonic of a ripple that may not be there), and when something happened in an earlier record.
+/// What the samples make of a size in the meantime lets none go: where the model lacks something, a
+/// filter is soon too sure of it, and the shape walks.
+std::vector<int> held_shapes(const Model& model, const ParameterBelief& earlier);
 
 }  // namespace armukf

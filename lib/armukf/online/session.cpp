@@ -205,7 +205,7 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
     throw InputError(fmt::format("adaptation: least, {}, is above most, {}", s.adaptation.least,
                                  s.adaptation.most));
   runners.reserve(most_runners());
-  std::vector<HeldShape> held;
+  std::vector<int> held;
   if (settings.belief) held = held_shapes(model, *settings.belief);
   for (const Start& start : starts_of(model, settings.race)) {
     runners.push_back(make_runner(model, coordinates, settings));
