@@ -120,6 +120,17 @@ TEST_P(HeldShapesOf, ARippleOfAnotherHarmonicStayPut) {
   EXPECT_NEAR(on.sd(), 0.01, 3e-4);
 }
 
+/// No covariance: nothing is believed of either, and nothing held.
+TEST(HeldShapes, AreNotHeldByABeliefThatIsNone) {
+  Model model = arm_with("torque_ripple");
+  for (Parameter& p : model.parameters) p.known = !p.name.starts_with("torque_ripple");
+  EstimatorSettings settings;
+  const std::vector<double> prior = Session(model, settings).parameter_deviations();
+  settings.belief = belief_in({"torque_ripple", "torque_ripple_harmonic"});
+  settings.belief->covariance(0, 1) = settings.belief->covariance(1, 0) = 2.0;
+  EXPECT_EQ(Session(model, settings).parameter_deviations(), prior);
+}
+
 INSTANTIATE_TEST_SUITE_P(Filters, HeldShapesOf, ::testing::Values("ukf", "ekf", "srukf"),
                          [](const auto& filter) { return filter.param; });
 

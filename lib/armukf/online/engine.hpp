@@ -150,7 +150,7 @@ class Engine {
     constexpr double kHeld = 0x1p-10;  // of the deviation
     PerUnknown part = filled_with_one();
     for (const int k : held) part[k] = kHeld;
-    believe(earlier, part);
+    if (!believe(earlier, part)) part = filled_with_one();
     for (int k = 0; k < coordinates_->size(); ++k)
       began_at_[k] = {filter_.mean()[states() + k], part[k] / std::sqrt(free_covariance(k, k)),
                       1.0 / part[k]};
@@ -396,8 +396,8 @@ class Engine {
     return sum;
   }
 
-  /// The same with a part of each deviation only.
-  void believe(const ParameterBelief& earlier, PerUnknown part) {
+  /// The same with a part of each deviation only; false where it is left out.
+  bool believe(const ParameterBelief& earlier, PerUnknown part) {
     const int n = coordinates_->size();
     const SmallSquare physical = with_prior(earlier);
     const auto free = [&](int i, int j) {
@@ -417,12 +417,13 @@ class Engine {
           continue;
         }
         const double rounding = kRounding * part[j] * part[j] * free(j, j);
-        if (!(sum > -rounding)) return;
+        if (!(sum > -rounding)) return false;
         L(j, j) = std::sqrt(std::max(sum, rounding));
       }
     }
     filter_.believe_block(states(), n, L);
     if (coloured_ && earlier.noise.known) believe(earlier.noise);
+    return true;
   }
 
   double measured_sd(bool measured) const {
