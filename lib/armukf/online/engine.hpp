@@ -379,9 +379,7 @@ class Engine {
   SmallSquare with_prior(const ParameterBelief& earlier) const {
     const int n = coordinates_->size();
     const auto place = [&](int k) {
-      const std::string& name = model_->parameters[coordinates_->unknowns()[k]].name;
-      const auto at = std::ranges::find(earlier.names, name);
-      return at == earlier.names.end() ? -1 : static_cast<int>(at - earlier.names.begin());
+      return earlier.place_of(model_->parameters[coordinates_->unknowns()[k]].name);
     };
     const auto prior = [&](int i, int j) { return i == j ? prior_sd(i) * prior_sd(i) : 0.0; };
     SmallSquare sum;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <string_view>
 
 #include "armukf/model/catalogue.hpp"
 #include "armukf/model/effect.hpp"
@@ -16,14 +15,8 @@ namespace {
 /// tangents, lets the shape walk.
 constexpr double kToldSize = 4.0;
 
-/// Place of a name in the belief; -1: nothing is believed of it.
-int place_in(const ParameterBelief& belief, std::string_view name) {
-  const auto at = std::ranges::find(belief.names, name);
-  return at == belief.names.end() ? -1 : static_cast<int>(at - belief.names.begin());
-}
-
 bool is_told(const Parameter& size, const ParameterBelief& earlier) {
-  const int k = place_in(earlier, size.name);
+  const int k = earlier.place_of(size.name);
   return k < 0 || std::abs(size.value) >= kToldSize * std::sqrt(earlier.covariance(k, k));
 }
 
@@ -41,7 +34,7 @@ std::vector<int> held_shapes(const Model& model, const ParameterBelief& earlier)
       const Parameter& parameter = model.parameters[position];
       if (parameters[i].role == Role::kSize) {
         told = told || parameter.known || is_told(parameter, earlier);
-      } else if (!parameter.known && place_in(earlier, parameter.name) >= 0) {
+      } else if (!parameter.known && earlier.place_of(parameter.name) >= 0) {
         const auto place = std::ranges::find(unknowns, position) - unknowns.begin();
         (parameters[i].moment ? held : shapes).push_back(static_cast<int>(place));
       }

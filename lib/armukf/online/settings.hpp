@@ -114,12 +114,17 @@ struct ParameterBelief {
   SquareMatrix covariance;         // in their order
   LearntNoise noise;
 
+  /// Where that parameter stands; -1: nothing is believed of it.
+  int place_of(std::string_view name) const {
+    const auto at = std::find(names.begin(), names.end(), name);
+    return at == names.end() ? -1 : static_cast<int>(at - names.begin());
+  }
+
   /// Nothing is believed of that parameter any more.
   void leave_out(std::string_view name) {
-    const auto at = std::find(names.begin(), names.end(), name);
-    if (at == names.end()) return;
-    const int k = static_cast<int>(at - names.begin());
-    names.erase(at);
+    const int k = place_of(name);
+    if (k < 0) return;
+    names.erase(names.begin() + k);
     SquareMatrix rest(covariance.size() - 1);
     for (int i = 0; i < rest.size(); ++i)
       for (int j = 0; j < rest.size(); ++j)

@@ -171,10 +171,8 @@ void Watch::State::go_on_trying(Session& session) {
 /// is what it has become.
 double Watch::State::deviation_before(int i, double onset) const {
   const ParameterBelief& belief = history.before(onset - kJustBefore).belief;
-  const auto at = std::ranges::find(belief.names, what[i].name);
-  if (at == belief.names.end()) return 0.0;
-  const int k = static_cast<int>(at - belief.names.begin());
-  return std::sqrt(belief.covariance(k, k));
+  const int k = belief.place_of(what[i].name);
+  return k < 0 ? 0.0 : std::sqrt(belief.covariance(k, k));
 }
 
 /// The name that fits best, and what else would.
