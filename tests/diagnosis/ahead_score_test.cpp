@@ -45,7 +45,7 @@ TEST_F(AheadScoreOfAnOffset, SuggestsItsSize) {
 }
 
 TEST_F(AheadScoreOfAnOffset, OfATrialIsTheSameWhateverIsScoredWithIt) {
-  const Suggested suggested{{1.0, 2.0}, {1.0, 2.0}, {30.0}, 2.0, 1.0};
+  const Suggested suggested{{1.0, 2.0}, {1.0, 2.0}, {1.0, 2.0}, {30.0}, 2.0, 1.0};
   std::vector<Trial> trials = trials_for(base_, suggested);
   for (Trial& law : last_trials_for(base_, suggested, pieces_, {}))
     trials.push_back(std::move(law));

@@ -65,5 +65,10 @@ TEST(Suggested, HoldsTheHarmonicOfAFrictionThatGoesWithTheAngle) {
   EXPECT_TRUE(holds(suggested.harmonics_of_friction, 3.7));
 }
 
+TEST(Suggested, HoldsTheHarmonicOfAStiffnessThatGoesWithTheAngle) {
+  const Suggested suggested = suggested_with("gear_stiffness_ripple", 0.3, 3.7, 8000);
+  EXPECT_TRUE(holds(suggested.harmonics_of_load, 3.7));
+}
+
 }  // namespace
 }  // namespace armukf

@@ -11,7 +11,7 @@ namespace armukf {
 namespace {
 
 TEST(Trials, HaveTheirSizesAtZeroAndTheirShapesOnTheGrid) {
-  const std::vector<Trial> all = trials_for(published_estimate(), {{1.0, 6.0}, {}, {5.5}});
+  const std::vector<Trial> all = trials_for(published_estimate(), {{1.0, 6.0}, {}, {}, {5.5}});
   for (const std::string_view effect : effect_names())
     EXPECT_NE(std::ranges::any_of(all, [&](const Trial& t) { return t.effect == effect; }),
               is_tried_last(find_effect(effect)))
@@ -32,12 +32,12 @@ TEST(Trials, AreOfWhatTheModelHasRoomFor) {
     model.add_effect("flexible_mode_arm:" + std::to_string(number));
   model.add_effect("drive_lag");  // 16 states
   ASSERT_FALSE(model.has_room_for("sensor_lag"));
-  const std::vector<Trial> all = trials_for(model, {{1.0, 6.0}, {}, {5.5}});
+  const std::vector<Trial> all = trials_for(model, {{1.0, 6.0}, {}, {}, {5.5}});
   EXPECT_FALSE(all.empty());
   for (const Trial& trial : all)
     EXPECT_EQ(trial.model.states.size(), model.states.size()) << trial.effect;
   model.remove_effect("drive_lag");  // room for one, but not for a phase at two angles
-  for (const Trial& trial : trials_for(model, {{1.0, 6.0}, {}, {5.5}}))
+  for (const Trial& trial : trials_for(model, {{1.0, 6.0}, {}, {}, {5.5}}))
     EXPECT_EQ(trial.cyclic_state, -1) << trial.effect;
 }
 
@@ -47,20 +47,20 @@ TEST(Trials, CountAllThatWasLookedAt) {
     for (const Trial& trial : trials_for(published_estimate(), suggested)) sum += trial.looks;
     return sum;
   };
-  const double without = looks({{1.0, 2.0}, {}, {}, 2.0, 0.0});
+  const double without = looks({{1.0, 2.0}, {}, {}, {}, 2.0, 0.0});
   EXPECT_EQ(without,
-            static_cast<double>(trials_for(published_estimate(), {{1.0, 2.0}, {}, {}}).size()));
+            static_cast<double>(trials_for(published_estimate(), {{1.0, 2.0}, {}, {}, {}}).size()));
   // Two effects repeat with the angle and three resonate; how many are left does not matter.
-  EXPECT_NEAR(looks({{1.0, 2.0, 7.0}, {}, {5.5, 6.5}, 302.0, 800.0}), without + 2 * 300 + 3 * 800,
-              1e-9 * without);
-  EXPECT_NEAR(looks({{1.0, 2.0}, {}, {}, 302.0, 800.0}), without + 2 * 300 + 3 * 800,
+  EXPECT_NEAR(looks({{1.0, 2.0, 7.0}, {}, {}, {5.5, 6.5}, 302.0, 800.0}),
+              without + 2 * 300 + 3 * 800, 1e-9 * without);
+  EXPECT_NEAR(looks({{1.0, 2.0}, {}, {}, {}, 302.0, 800.0}), without + 2 * 300 + 3 * 800,
               1e-9 * without);
 }
 
 TEST(Trials, HoldTheRarestForTheLast) {
   const std::vector<Record> record{
       simulate_experiment(published_estimate(), {.samples = 400}).record};
-  const Suggested suggested{{1.0}, {4.5}, {5.5}, 1.0, 1.0};
+  const Suggested suggested{{1.0}, {4.5}, {3.5}, {5.5}, 1.0, 1.0};
   const std::vector<Trial> last = last_trials_for(published_estimate(), suggested, record, {});
   for (const std::string_view effect : effect_names())
     EXPECT_EQ(std::ranges::any_of(last, [&](const Trial& t) { return t.effect == effect; }),
@@ -71,7 +71,8 @@ TEST(Trials, HoldTheRarestForTheLast) {
   };
   EXPECT_EQ(of("friction_ripple").harmonic, 4.5);  // of friction, not of torque
   EXPECT_EQ(of("external_torque").model.parameter("external_torque_frequency").value, 5.5);
-  for (const char* cyclic : {"friction_ripple", "external_torque"})
+  EXPECT_EQ(of("gear_stiffness_ripple").harmonic, 3.5);  // of what turns round with the load
+  for (const char* cyclic : {"friction_ripple", "external_torque", "gear_stiffness_ripple"})
     EXPECT_EQ(of(cyclic).cyclic_state, kArmStates) << cyclic;
 }
 

@@ -7,6 +7,7 @@
 #include <random>
 #include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "armukf/core/dual.hpp"
@@ -201,6 +202,7 @@ TEST_P(InnerEffect, KeepsMomentum) {
 INSTANTIATE_TEST_SUITE_P(Catalogue, InnerEffect,
                          testing::Values("backlash", "gear_hysteresis", "gear_damping_quadratic",
                                          "arm_stiffness_cubic", "arm_backlash", "gear_spring_curve",
+                                         "gear_stiffness_ripple", "thermal_damping",
                                          "arm_spring_curve"),
                          [](const auto& test) { return test.param; });
 
@@ -291,13 +293,114 @@ TEST(Effects, TogetherLeaveEveryMassItsInertia) {
     model.check();
     FAIL() << "taken";
   } catch (const InputError& error) {
-    EXPECT_STREQ(error.what(),
-                 "payload: together with the shares of flexible modes it leaves a mass no inertia");
+    EXPECT_STREQ(
+        error.what(),
+        "payload: together with the shares of flexible modes and pose_inertia it leaves a mass "
+        "no inertia");
   }
   // A load that is taken up later leaves the arm as it was until then, and no search may go there.
   model.parameter("payload").value = -0.9;
   model.parameter("payload_time").value = 5.0;
   EXPECT_FALSE(model.is_physical(model.values()));
+}
+
+/// Nothing rubs, nothing drives: what kinetic energy and springs hold stays what it is, to the
+/// first order in a small step.
+TEST(PoseInertia, KeepsTheEnergyThatItsLagrangianHas) {
+  Model model = published_estimate();
+  model.add_effect("pose_inertia");
+  model.parameter("pose_inertia").value = 0.4;
+  model.parameter("pose_inertia_harmonic").value = 0.7;
+  for (const char* rubs : {"Fv", "Fc", "Fcs", "d_g", "d_a"}) model.parameter(rubs).value = 0.0;
+  const std::vector<double> p = model.values();
+  const Coefficients<double> c(p.data());
+  const auto energy_of = [&](const std::vector<double>& x) {
+    const double pose = x[kArmStates] - x[kTwistGear] - x[kTwistArm];
+    return energy(c, x.data()) +
+           0.5 / c.arm_mobility * 0.4 * std::cos(0.7 * pose) * x[kSpeedArm] * x[kSpeedArm];
+  };
+  const std::vector<double> x{0.1, 0.05, 30.0, 20.0, 25.0, 2.0};
+  std::vector<double> dx(x.size());
+  Dynamics<double>(model, p.data()).derivative(0.0, 0.0, x.data(), dx.data());
+  const double dt = 1e-7;
+  std::vector<double> before = x;
+  std::vector<double> after = x;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    before[i] -= dt * dx[i];
+    after[i] += dt * dx[i];
+  }
+  const double exchanged = std::abs(dx[kSpeedArm] * x[kSpeedArm] / c.arm_mobility);  // W
+  EXPECT_NEAR((energy_of(after) - energy_of(before)) / (2.0 * dt), 0.0, 1e-5 * exchanged);
+}
+
+TEST(PoseInertia, MayNotTakeAllOfTheArms) {
+  for (const double size : {0.7, -0.7}) {
+    Model model = published_estimate();
+    model.add_effect("pose_inertia");
+    model.parameter("pose_inertia").value = size;
+    model.add_effect("payload_change");
+    model.parameter("payload").value = -0.25;
+    EXPECT_NO_THROW(model.check());
+    model.parameter("payload").value = -0.35;
+    EXPECT_FALSE(model.is_physical(model.values())) << size;
+  }
+}
+
+TEST(ThermalTorque, GrowsFromTheFirstSampleOn) {
+  Model model = published_estimate();
+  model.add_effect("thermal_torque");
+  model.parameter("thermal_torque").value = -0.2;
+  model.parameter("thermal_torque_time").value = 4.0;
+  const std::vector<double> p = model.values();
+  const Coefficients<double> c(p.data());
+  const std::vector<double> rest(kArmStates, 0.0);
+  const auto torque = [&](double t) {
+    std::vector<double> dx(kArmStates);
+    Dynamics<double>(model, p.data()).derivative(t, 5.0, rest.data(), dx.data());
+    return dx[kSpeedMotor] / c.motor_mobility;
+  };
+  EXPECT_DOUBLE_EQ(torque(-1.0), 5.0);
+  EXPECT_DOUBLE_EQ(torque(0.0), 5.0);
+  EXPECT_NEAR(torque(4.0), 5.0 * (1.0 - 0.2 * (1.0 - std::exp(-1.0))), 1e-12);
+}
+
+/// N.m that accelerate a mass at rest but for the motor, which turns, beside those of the bare arm.
+double torque_on(PlantMass site, const Model& model, double t, double speed_motor) {
+  const std::vector<double> p = model.values();
+  const Coefficients<double> c(p.data());
+  std::vector<double> x(model.states.size(), 0.0);
+  x[kSpeedMotor] = speed_motor;
+  std::vector<double> dx(x.size());
+  std::vector<double> bare(kArmStates);
+  const Model arm = published_estimate();
+  Dynamics<double>(model, p.data()).derivative(t, 0.0, x.data(), dx.data());
+  Dynamics<double>(arm, p.data()).derivative(t, 0.0, x.data(), bare.data());
+  const double mobility = site == kMotor ? c.motor_mobility : c.arm_mobility;
+  return (dx[kMasses[site].speed] - bare[kMasses[site].speed]) / mobility;
+}
+
+TEST(FrictionChange, IsOneUntilThenAndAnotherFromThenOn) {
+  Model model = published_estimate();
+  model.add_effect("friction_change");
+  model.parameter("friction_change").value = 0.2;
+  model.parameter("friction_change_before").value = 0.5;
+  model.parameter("friction_change_time").value = 3.0;
+  EXPECT_NEAR(torque_on(kMotor, model, 2.9, 50.0), -0.5, 1e-6);
+  EXPECT_NEAR(torque_on(kMotor, model, 3.1, 50.0), -0.2, 1e-6);
+  EXPECT_NEAR(torque_on(kMotor, model, 3.1, -50.0), 0.2, 1e-6);
+}
+
+TEST(ExternalTorque, ShakesTheMassThatItIsNamedAfter) {
+  for (const auto& [effect, there, elsewhere] : {std::tuple{"external_torque", kMotor, kArm},
+                                                 std::tuple{"external_torque_arm", kArm, kMotor}}) {
+    Model model = published_estimate();
+    model.add_effect(effect);
+    model.parameter(effect).value = 0.3;
+    model.parameter(std::string(effect) + "_frequency").value = 2.0;
+    EXPECT_NEAR(torque_on(there, model, 0.5, 0.0), 0.3, 1e-9) << effect;
+    EXPECT_NEAR(torque_on(there, model, 0.25, 0.0), -0.3, 1e-9) << effect;
+    EXPECT_NEAR(torque_on(elsewhere, model, 0.5, 0.0), 0.0, 1e-12) << effect;
+  }
 }
 
 TEST(Lags, AreNothingWhereThereIsNoneAndLagsAloneWhereTheyAreLong) {

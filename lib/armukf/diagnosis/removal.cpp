@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <utility>
@@ -35,6 +36,22 @@ ForesightFit without_effect(const Completing& completing, const std::string& eff
   fewer.density = fit.density;
   fewer.x0 = states_by_name(fewer.model, fit.model, fit.x0);
   return fewer;
+}
+
+/// Whether it goes before the best of what a round has found.
+bool goes_before(const Refit& refit, const Refit* best) {
+  return best == nullptr || refit.shows_at < best->shows_at ||
+         (refit.shows_at == best->shows_at && refit.merit() > best->merit());
+}
+
+/// Whether it is refused for nothing but what it takes from the records of another effect.
+bool only_blurs(const Refit& refit, const AcceptanceSettings& settings) {
+  Evidence clear = refit.evidence;
+  clear.inflation = 1.0;
+  return refit.evidence.inflation > settings.most_inflation &&
+         std::isfinite(refit.evidence.inflation) &&
+         family_of(refit.evidence.blurred) != family_of(refit.trial.effect) &&
+         refusal(clear, settings).empty();
 }
 
 }  // namespace
@@ -88,6 +105,39 @@ ForesightFit absorbed(const Completing& completing, ForesightFit fit, Diagnosis&
     take_out(i, fmt::format("{} can stand for it", law), completing.base, diagnosis, held);
   }
   return fit;
+}
+
+std::optional<Exchange> exchanged(const std::vector<Refit>& refits, const Refit* best,
+                                  const Looks& looks, const Completing& completing,
+                                  const Diagnosis& diagnosis, const Explained& now) {
+  constexpr std::size_t kTried = 3;
+  std::vector<const Refit*> blurring;
+  for (const Refit& refit : refits)
+    if (goes_before(refit, best) && only_blurs(refit, completing.settings))
+      blurring.push_back(&refit);
+  std::ranges::stable_sort(blurring,
+                           [](const Refit* a, const Refit* b) { return goes_before(*a, b); });
+  blurring.resize(std::min(blurring.size(), kTried));
+  for (const Refit* refit : blurring) {
+    const std::string& other = refit->evidence.blurred;
+    const auto at = std::ranges::find(diagnosis.effects, other, &FoundEffect::effect);
+    if (at == diagnosis.effects.end()) continue;  // the model was given with it
+    Diagnosis both = diagnosis;
+    both.effects.push_back({refit->trial.effect, 0.0, 0.0, {}});
+    const ForesightFit fit = without_effect(completing, other, both, refit->explained.fit);
+    Trial trial = refit->trial;
+    trial.model = fit.model;
+    for (int& size : trial.sizes)
+      size = fit.model.index_of(refit->trial.model.parameters[size].name);
+    Explained before = now;
+    before.fit.model = without(now.fit.model, completing.base, other, diagnosis.effects);
+    before.fit.density = fit.density;
+    Refit alone =
+        refitted(trial, fit.model, fit.x0, before, looks, completing.records, completing.settings);
+    if (alone.refusal.empty())
+      return Exchange{std::move(alone), static_cast<std::size_t>(at - diagnosis.effects.begin())};
+  }
+  return {};
 }
 
 void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& now, Held& held) {

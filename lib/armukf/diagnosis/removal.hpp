@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "armukf/diagnosis/diagnosis.hpp"
 #include "armukf/diagnosis/foresight.hpp"
 #include "armukf/diagnosis/trace_records.hpp"
+#include "armukf/diagnosis/trial.hpp"
 #include "armukf/model/model.hpp"
 
 /// Effects that were found, and go again.
@@ -36,6 +38,22 @@ void take_out(std::size_t place, const std::string& reason, const Model& base, D
 /// all of them; returns it without.
 ForesightFit absorbed(const Completing& completing, ForesightFit fit, Diagnosis& diagnosis,
                       Held& held);
+
+/// An effect that takes the place of one that was found before.
+struct Exchange {
+  Refit refit;        // fitted without the other
+  std::size_t place;  // of that in the diagnosis
+};
+
+/// Of what a round has refused for no other reason than that the records tell something found
+/// before less exactly beside it: what foretells better without that than the model as it stands
+/// does with it, by the rules for any effect, that of most merit first. A motor that loses torque
+/// as it warms up is taken for one of a smaller torque constant at first, and the records hardly
+/// tell the two from each other. best: what the round has found, if anything; only what explains
+/// more is looked at then.
+std::optional<Exchange> exchanged(const std::vector<Refit>& refits, const Refit* best,
+                                  const Looks& looks, const Completing& completing,
+                                  const Diagnosis& diagnosis, const Explained& now);
 
 /// Takes out again what no longer helps; what is taken out was not accepted in the end.
 void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& now, Held& held);

@@ -27,6 +27,14 @@ std::vector<double> directions_of(const std::vector<Record>& pieces) {
   return directions;
 }
 
+/// N.m at each sample.
+std::vector<double> loads_of(const std::vector<Record>& pieces) {
+  std::vector<double> loads;
+  for (const Record& piece : pieces)
+    for (const Sample& sample : piece.samples) loads.push_back(sample.u);
+  return loads;
+}
+
 std::vector<double> product(std::vector<double> a, const std::vector<double>& b) {
   for (std::size_t k = 0; k < a.size(); ++k) a[k] *= b[k];
   return a;
@@ -39,6 +47,7 @@ Suggested suggested_by(const FittedModel& simulated, const ForesightFit& foretol
   const std::vector<double> angle = motor_angle(pieces);
   const std::vector<double> time = times_of(pieces);
   const std::vector<double> direction = directions_of(pieces);
+  const std::vector<double> load = loads_of(pieces);
   const std::vector<double> ahead = one_step(simulated, pieces, propagation).errors;
   const Eigen::VectorXd weighted =
       weighted_innovations(foretold.model, foretold.x0, pieces, propagation,
@@ -49,6 +58,7 @@ Suggested suggested_by(const FittedModel& simulated, const ForesightFit& foretol
   struct Lines {
     SpectralLines harmonics;
     SpectralLines of_friction;
+    SpectralLines of_load;
     SpectralLines frequencies;
   };
   std::array<Lines, errors.size()> lines;
@@ -57,12 +67,14 @@ Suggested suggested_by(const FittedModel& simulated, const ForesightFit& foretol
       return lines_over_angle(angle, e, kHighestHarmonic, kLinePower, kMostLines);
     };
     lines[i] = {over_angle(*errors[i]), over_angle(product(direction, *errors[i])),
+                over_angle(product(load, *errors[i])),
                 lines_over_time(time, *errors[i], kHighestMode, kLinePower, kMostLines)};
   });
-  Suggested suggested{{1.0, 2.0}, {1.0, 2.0}, {}};
+  Suggested suggested{{1.0, 2.0}, {1.0, 2.0}, {1.0, 2.0}, {}};
   for (const Lines& found : lines) {
     add_frequencies(found.harmonics, suggested.harmonics);
     add_frequencies(found.of_friction, suggested.harmonics_of_friction);
+    add_frequencies(found.of_load, suggested.harmonics_of_load);
     add_frequencies(found.frequencies, suggested.frequencies);
     // All have the same lines, and a line is one trial, whoever suggests it.
     suggested.harmonics_looked_at = 2.0 + found.harmonics.looked_at;

@@ -152,7 +152,8 @@ struct Round {
 /// Goes on only while nothing counts as found, or what does shows late. Where the slow filter has
 /// told the effect before, it is asked first, and the fast one once more before nothing is found.
 /// If nothing is, all more common effects are tried once more from the given values of the arm.
-Contest looked_for(const Round& round, Standing& standing) {
+/// looks: all that the p-values count.
+Contest looked_for(const Round& round, Standing& standing, Looks& looks) {
   const Suggested& suggested = round.suggested;
   const TraceRecords& records = round.records;
   const AcceptanceSettings& settings = round.settings;
@@ -162,7 +163,7 @@ Contest looked_for(const Round& round, Standing& standing) {
     return trials;
   };
   const std::vector<Trial> suggested_names = trials_for(now.fit.model, suggested);
-  Looks looks = looks_of(suggested_names);
+  looks = looks_of(suggested_names);
   const std::vector<Trial> names = without_set_aside(suggested_names);
   Contest found;
   std::optional<NoiseCheck> noise;
@@ -293,18 +294,33 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
   while (search.rounds < most_rounds) {
     const int round = ++search.rounds;
     say(fmt::format("round {}", round), static_cast<double>(round) / (most_rounds + 2));
+    Looks looks;
     Contest found = looked_for({first.given,
                                 suggested_by(standing.simulated, standing.now.fit,
                                              records.estimation, records.propagation),
                                 records, settings, set_aside},
-                               standing);
+                               standing, looks);
     const Refit* best = best_found(found.refits);
-    if (best == nullptr) return note(found, nullptr, round, search.diagnosis.candidates);
-    const Named chosen =
-        named(*best, found.refits, standing.now.fit.model, standing.held, records, settings);
-    const std::string& effect = chosen.refit->trial.effect;
     Diagnosis completed = search.diagnosis;
-    Standing with = with_effect(standing, chosen, completing, first, completed);
+    Standing before = standing;
+    const std::optional<Exchange> exchange =
+        exchanged(found.refits, best, looks, completing, completed, standing.now);
+    if (exchange) {
+      const std::string other = completed.effects[exchange->place].effect;
+      take_out(exchange->place,
+               fmt::format("{} foretells better in its stead", exchange->refit.trial.effect),
+               completing.base, completed, before.held);
+      before.now.fit.model =
+          without(standing.now.fit.model, completing.base, other, search.diagnosis.effects);
+      found.refits.push_back(exchange->refit);
+      best = &found.refits.back();
+    }
+    if (best == nullptr) return note(found, nullptr, round, search.diagnosis.candidates);
+    const Named chosen = exchange ? Named{best, {}, {}, false}
+                                  : named(*best, found.refits, standing.now.fit.model,
+                                          standing.held, records, settings);
+    const std::string& effect = chosen.refit->trial.effect;
+    Standing with = with_effect(before, chosen, completing, first, completed);
     const std::string reason = against_simulation(
         standing.error, with.error,
         search.diagnosis.validated ? "the validation record" : "blocks left out of the fit",

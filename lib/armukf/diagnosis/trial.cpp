@@ -10,10 +10,19 @@
 namespace armukf {
 namespace {
 
+const std::vector<double>& harmonics_of(Turning turning, const Suggested& suggested) {
+  switch (turning) {
+    case Turning::kSpeed:
+      return suggested.harmonics_of_friction;
+    case Turning::kLoad:
+      return suggested.harmonics_of_load;
+    default:
+      return suggested.harmonics;
+  }
+}
+
 std::vector<double> values_of(const Grid& grid, double nominal, const Suggested& suggested) {
-  if (grid.with_direction) return suggested.harmonics_of_friction;
-  if (grid.periodic) return suggested.harmonics;
-  if (grid.points == 0 && !grid.resonant) return {nominal};
+  if (grid.points == 0 && !grid.resonant && !grid.periodic) return {nominal};
   std::vector<double> values;
   for (int i = 0; i < grid.points; ++i) {
     const double share = grid.points == 1 ? 0.0 : i / (grid.points - 1.0);
@@ -21,15 +30,18 @@ std::vector<double> values_of(const Grid& grid, double nominal, const Suggested&
     values.push_back(ratios ? grid.from * std::pow(grid.to / grid.from, share)
                             : grid.from + (grid.to - grid.from) * share);
   }
-  if (grid.resonant)
-    values.insert(values.end(), suggested.frequencies.begin(), suggested.frequencies.end());
+  const auto add = [&](const std::vector<double>& more) {
+    values.insert(values.end(), more.begin(), more.end());
+  };
+  if (grid.periodic) add(harmonics_of(grid.turning, suggested));
+  if (grid.resonant) add(suggested.frequencies);
   return values;
 }
 
 /// Values that were looked at for each that is left; those of the grid itself are all left.
 double looks_of(const Grid& grid, std::size_t values, const Suggested& suggested) {
   auto looked_at = static_cast<double>(values);
-  if (grid.periodic) looked_at = suggested.harmonics_looked_at;
+  if (grid.periodic) looked_at = grid.points + suggested.harmonics_looked_at;
   if (grid.resonant) looked_at = grid.points + suggested.frequencies_looked_at;
   return std::max(1.0, looked_at / static_cast<double>(values));
 }

@@ -30,8 +30,9 @@ std::vector<int> positions_of(const EffectSlot& slot, Role role);
 struct Suggested {
   std::vector<double> harmonics;  // 1/rad, of effects that repeat with the motor's angle
   std::vector<double> harmonics_of_friction;  // 1/rad, of those that turn round with its speed
+  std::vector<double> harmonics_of_load;      // 1/rad, of those that turn round with the load
   std::vector<double> frequencies;            // Hz, of resonances
-  double harmonics_looked_at = 0.0;           // of either
+  double harmonics_looked_at = 0.0;           // of each
   double frequencies_looked_at = 0.0;
 };
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <array>
 #include <charconv>
 #include <optional>
 #include <system_error>
@@ -19,6 +20,7 @@ void for_each_effect(std::variant<E...> /*catalogue*/, Visit visit) {
 }
 
 constexpr std::string_view kFlexibleMode = "flexible_mode";
+constexpr std::array<std::string_view, 2> kAtSeveralSites{kFlexibleMode, "external_torque"};
 
 }  // namespace
 
@@ -59,7 +61,8 @@ std::vector<std::string_view> effect_names() {
 }
 
 std::string family_of(std::string_view effect) {
-  if (effect.starts_with(kFlexibleMode)) return std::string(kFlexibleMode);
+  for (const std::string_view family : kAtSeveralSites)
+    if (effect.starts_with(family)) return std::string(family);
   return parse_effect_name(effect).kind;
 }
 

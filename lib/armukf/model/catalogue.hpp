@@ -23,15 +23,19 @@
 #include "armukf/model/effects/gear_friction.hpp"
 #include "armukf/model/effects/gear_hysteresis.hpp"
 #include "armukf/model/effects/gear_spring_curve.hpp"
+#include "armukf/model/effects/gear_stiffness_ripple.hpp"
 #include "armukf/model/effects/gravity.hpp"
 #include "armukf/model/effects/input_delay.hpp"
 #include "armukf/model/effects/load_dependent_friction.hpp"
 #include "armukf/model/effects/payload_change.hpp"
+#include "armukf/model/effects/pose_inertia.hpp"
 #include "armukf/model/effects/presliding_friction.hpp"
 #include "armukf/model/effects/sensor_coupling.hpp"
 #include "armukf/model/effects/sensor_lag.hpp"
 #include "armukf/model/effects/speed_ripple.hpp"
+#include "armukf/model/effects/thermal_damping.hpp"
 #include "armukf/model/effects/thermal_friction.hpp"
+#include "armukf/model/effects/thermal_torque.hpp"
 #include "armukf/model/effects/torque_bias.hpp"
 #include "armukf/model/effects/torque_curve.hpp"
 #include "armukf/model/effects/torque_gain.hpp"
@@ -48,7 +52,9 @@ using CataloguedEffect = std::variant<
     effects::GearHysteresis, effects::GearDampingQuadratic, effects::ArmStiffnessCubic,
     effects::FlexibleMode<kArm>, effects::FlexibleMode<kGear>, effects::FlexibleMode<kMotor>,
     effects::Gravity, effects::PayloadChange, effects::SensorLag, effects::SpeedRipple,
-    effects::ExternalTorque, effects::FrictionChange, effects::FrictionRipple, effects::ArmBacklash,
+    effects::ExternalTorque<kMotor>, effects::ExternalTorque<kArm>, effects::FrictionChange,
+    effects::FrictionRipple, effects::ThermalTorque, effects::ThermalDamping,
+    effects::GearStiffnessRipple, effects::PoseInertia, effects::ArmBacklash,
     effects::SensorCoupling, effects::FrictionCurve, effects::GearSpringCurve,
     effects::ArmSpringCurve, effects::TorqueCurve, effects::AngleCurve>;
 

@@ -13,6 +13,10 @@ struct Cycle {
   double period;  // rad
 };
 
+/// rad, of the effect's angle or phase, after which it repeats; `values`: of the model's
+/// parameters.
+double period_of(const EffectSlot& slot, const std::vector<double>& values);
+
 std::vector<Cycle> cycles_of(const Model& model);
 
 }  // namespace armukf

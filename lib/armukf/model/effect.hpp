@@ -70,6 +70,11 @@ class Loads {
   void brake(const T& torque) {
     dx_[kMasses[Site].speed] -= mobility<Site>(arm_) * torque;
   }
+  /// What a torque would have to accelerate the mass's own inertia by, rad/s^2.
+  template <PlantMass Site>
+  void accelerate(const T& acceleration) {
+    dx_[kMasses[Site].speed] += acceleration;
+  }
   /// Part of the mass's inertia (1: all of it) that moves by itself, with an acceleration (rad/s^2)
   /// of its own.
   template <PlantMass Site>
@@ -128,6 +133,18 @@ struct InertiaOn {
   void act(Loads<T>& loads) const { loads.template add_inertia<Site>(inertia); }
 };
 
+/// The same where that inertia goes with the mass's angle: the acceleration (rad/s^2) that the
+/// change gives the mass's own inertia, beside what torques do.
+template <PlantMass Site, class T>
+struct ChangingInertiaOn {
+  T inertia;
+  T acceleration;
+  void act(Loads<T>& loads) const {
+    loads.template accelerate<Site>(acceleration);
+    loads.template add_inertia<Site>(inertia);
+  }
+};
+
 /// Part of a mass (share of its inertia) that moves by itself, with an acceleration (rad/s^2) of
 /// its own; the rest drives it.
 template <PlantMass Site, class T>
@@ -141,20 +158,23 @@ struct PartOf {
 /// shape, which means nothing without a size.
 enum class Role { kSize, kShape };
 
+/// What an effect over the angle turns round with: nothing, the motor's speed as friction does, or
+/// the load as what a spring or an inertia does.
+enum class Turning { kNever, kSpeed, kLoad };
+
 /// Where to look for a shape: `points` values from `from` to `to`, in equal ratios if both are
 /// above 0, else in equal steps. 0 points: the nominal value; `periodic`: a harmonic of the angle,
-/// which the spectrum of the residual over the angle tells; `resonant`: a frequency in Hz, which
-/// that over time may tell as well, since a lightly damped resonance falls between any steps;
-/// `with_direction`: a harmonic of what turns round with the speed, as friction does; `gearing`: by
-/// how much less than the motor something turns, which is known of most machines and is looked for
-/// where it is not.
+/// which the spectrum of the residual over the angle tells as well, of an effect that turns round
+/// as `turning` says; `resonant`: a frequency in Hz, which that over time may tell as well, since a
+/// lightly damped resonance falls between any steps; `gearing`: by how much less than the motor
+/// something turns, which is known of most machines and is looked for where it is not.
 struct Grid {
   double from = 0.0;
   double to = 0.0;
   int points = 0;
   bool periodic = false;
   bool resonant = false;
-  bool with_direction = false;
+  Turning turning = Turning::kNever;
   bool gearing = false;
 };
 
@@ -183,8 +203,8 @@ struct EffectState {
 /// An effect is data (`name`, `parameters`, `states`) and pure functions of the motion, of the
 /// effect's own states x and parameters p (arrays in the order of its tables):
 ///
-///     contribute(motion, x, p)      -> TorqueOn, TorqueBetween, InertiaOn or PartOf, where it
-///                                      acts on the masses
+///     contribute(motion, x, p)      -> TorqueOn, TorqueBetween, InertiaOn, ChangingInertiaOn or
+///                                      PartOf, where it acts on the masses
 ///     rates(motion, x, p, dx)       -> writes dx/dt; only for an effect with states
 ///     sensed(motion, x, p)          -> T, rad/s that the sensor shows above the motor's speed
 ///

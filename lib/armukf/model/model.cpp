@@ -8,6 +8,7 @@
 #include <string>
 
 #include "armukf/core/error.hpp"
+#include "armukf/model/cycles.hpp"
 #include "armukf/model/plant.hpp"
 
 namespace armukf {
@@ -56,13 +57,14 @@ std::string numbered(std::string_view name, int number) {
   return number == 1 ? std::string(name) : fmt::format("{}_{}", name, number);
 }
 
-/// Relative inertia that an effect adds to each mass, the least over all times.
+/// Relative inertia that an effect adds to each mass, the least over all times and angles.
 std::array<double, kMassCount> least_inertias(const EffectSlot& slot,
                                               const std::vector<double>& values) {
   const Coefficients<double> c(values.data());
-  const std::vector<double> rest(kArmStates + 8, 0.0);
+  const std::vector<double> rest(kArmStates, 0.0);
   std::array<double, kMassCount> least{};
-  const auto at = [&](double time) {
+  const auto at = [&](double time, double angle) {
+    const std::vector<double> own(slot.state_count() + 1, angle);
     const double u = 0.0;
     const Motion<double> motion{time, u, rest.data(), c};
     return std::visit(
@@ -70,7 +72,7 @@ std::array<double, kMassCount> least_inertias(const EffectSlot& slot,
           if constexpr (ActsOnMasses<E>) {
             std::array<double, kArmStates> rates{};
             Loads<double> loads(c, rates.data());
-            E::contribute(motion, rest.data(), values.data() + slot.first_parameter).act(loads);
+            E::contribute(motion, own.data(), values.data() + slot.first_parameter).act(loads);
             return {loads.inertia(kMotor), loads.inertia(kGear), loads.inertia(kArm)};
           }
           return {};
@@ -78,9 +80,10 @@ std::array<double, kMassCount> least_inertias(const EffectSlot& slot,
         slot.effect);
   };
   constexpr double kEver = 1e9;  // s
-  const auto begin = at(0.0);
-  const auto end = at(kEver);
-  for (int i = 0; i < kMassCount; ++i) least[i] = std::min(begin[i], end[i]);
+  const double turned = 0.5 * period_of(slot, values);
+  const std::array ends{at(0.0, 0.0), at(0.0, turned), at(kEver, 0.0), at(kEver, turned)};
+  for (int i = 0; i < kMassCount; ++i)
+    least[i] = std::ranges::min(ends, {}, [i](const auto& end) { return end[i]; })[i];
   return least;
 }
 
@@ -224,7 +227,8 @@ void Model::check() const {
         "a_m: a_m + a_g must be below 1 (the rest is the arm's share of J), not {}", shares));
   if (!is_physical(values()))
     throw InputError(
-        "payload: together with the shares of flexible modes it leaves a mass no inertia");
+        "payload: together with the shares of flexible modes and pose_inertia it leaves a mass no "
+        "inertia");
 }
 
 Model published_arm() {

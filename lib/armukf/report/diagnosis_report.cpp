@@ -28,11 +28,14 @@ constexpr Advice kAdvice[]{
     {"coulomb_asymmetry", "slow motion in both directions, with long turns"},
     {"gravity", "slow motion over the whole range of the joint"},
     {"thermal_friction", "a long record from cold"},
+    {"thermal_torque", "a long record from cold"},
+    {"thermal_damping", "a long record from cold"},
     {"friction_parameters", "constant speeds from standstill to full speed"},
     {"presliding_friction", "reversals with very small strokes"},
     {"gear_friction", "constant speeds from standstill to full speed"},
     {"arm_friction", "constant speeds from standstill to full speed"},
     {"flexible_mode", "a sine sweep over the mode's frequency"},
+    {"pose_inertia", "the same motion about other poses"},
     {"payload_change", "the same motion with a payload of known inertia"},
 };
 

@@ -7,27 +7,39 @@
 
 namespace armukf::effects {
 
-/// A machine beside the arm, or a fan on it, shakes it at a frequency of its own: torque at the
-/// motor = external_torque cos(2 pi external_torque_frequency t + phase), t since the first sample.
-/// The phase no record tells: it is a state of unknown beginning that stays as it is.
+/// The names of the torque from outside at a mass, and of what belongs to it.
+template <PlantMass Site>
+struct ExternalTorqueNames;
+template <>
+struct ExternalTorqueNames<kMotor> {
+  static constexpr std::string_view effect = "external_torque";
+  static constexpr std::string_view frequency = "external_torque_frequency";
+  static constexpr std::string_view phase = "external_torque_phase";
+};
+template <>
+struct ExternalTorqueNames<kArm> {
+  static constexpr std::string_view effect = "external_torque_arm";
+  static constexpr std::string_view frequency = "external_torque_arm_frequency";
+  static constexpr std::string_view phase = "external_torque_arm_phase";
+};
+
+/// A machine beside the arm, another axis of it or a fan shakes one of the masses at a frequency of
+/// its own: torque there = external_torque cos(2 pi external_torque_frequency t + phase), t since
+/// the first sample. The phase no record tells: it is a state of unknown beginning that stays as it
+/// is.
+template <PlantMass Site>
 struct ExternalTorque {
-  static constexpr std::string_view name = "external_torque";
+  using Names = ExternalTorqueNames<Site>;
+  static constexpr std::string_view name = Names::effect;
   static constexpr bool tried_last = true;
   static constexpr std::array parameters{
-      EffectParameter{"external_torque", "N.m", 0.0, -50.0, 50.0, 0.1},
-      EffectParameter{"external_torque_frequency",
-                      "Hz",
-                      10.0,
-                      0.1,
-                      500.0,
-                      1.0,
-                      Role::kShape,
-                      {.resonant = true}}};
-  static constexpr std::array states{
-      EffectState{"external_torque_phase", "rad", Beginning::kPhase, 1.0}};
+      EffectParameter{Names::effect, "N.m", 0.0, -50.0, 50.0, 0.1},
+      EffectParameter{
+          Names::frequency, "Hz", 10.0, 0.1, 500.0, 1.0, Role::kShape, {.resonant = true}}};
+  static constexpr std::array states{EffectState{Names::phase, "rad", Beginning::kPhase, 1.0}};
 
   template <class T>
-  static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
+  static TorqueOn<Site, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
     const T turned = (2.0 * std::numbers::pi * motion.time) * p[1];
     return {p[0] * cos(T(turned + x[0]))};
   }

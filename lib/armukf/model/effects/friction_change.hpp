@@ -8,8 +8,8 @@
 namespace armukf::effects {
 
 /// The motor's dry friction is another from friction_change_time (s since the first sample) on (a
-/// brake that drags, a seal, grease): torque at the motor = -friction_change tanh(beta w),
-/// w = speed_motor, from there on.
+/// brake that drags or lets go, a seal, grease): torque at the motor = -friction_change tanh(beta
+/// w), w = speed_motor, from there on, and the same with friction_change_before until then.
 struct FrictionChange {
   static constexpr std::string_view name = "friction_change";
   static constexpr bool tried_last = true;
@@ -24,13 +24,15 @@ struct FrictionChange {
                       Role::kShape,
                       {0.5, 9.5, 10},
                       false,
-                      true}};
+                      true},
+      EffectParameter{"friction_change_before", "N.m", 0.0, -20.0, 20.0, 0.1}};
   static constexpr std::array<EffectState, 0> states{};
 
   template <class T>
   static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
     const T direction = friction_direction(motion.arm, motion.speed_motor());
-    return {-(p[0] * (from_then_on(motion, p[1]) * direction))};
+    const T change = (p[0] - p[2]) * from_then_on(motion, p[1]);
+    return {-((p[2] + change) * direction)};
   }
 };
 

@@ -16,7 +16,7 @@ struct FrictionRipple : OverMotorAngle {
   static constexpr bool tried_last = true;
   static constexpr std::array parameters{
       EffectParameter{"friction_ripple", "N.m", 0.0, -20.0, 20.0, 0.1},
-      harmonic("friction_ripple_harmonic", true)};
+      harmonic("friction_ripple_harmonic", Turning::kSpeed)};
   static constexpr std::array states{angle_state("friction_ripple_angle")};
 
   template <class T>

@@ -14,9 +14,10 @@ struct OverMotorAngle {
   }
 
   /// How often it repeats in a radian, where the residual's spectrum tells.
-  static constexpr EffectParameter harmonic(std::string_view name, bool with_direction = false) {
+  static constexpr EffectParameter harmonic(std::string_view name,
+                                            Turning turning = Turning::kNever) {
     return {name,  "1/rad", 1.0,          0.05,
-            500.0, 1.0,     Role::kShape, {.periodic = true, .with_direction = with_direction}};
+            500.0, 1.0,     Role::kShape, {.periodic = true, .turning = turning}};
   }
 
   template <class T>

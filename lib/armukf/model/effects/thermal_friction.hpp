@@ -3,6 +3,7 @@
 #include <array>
 
 #include "armukf/model/effect.hpp"
+#include "armukf/model/effects/warming.hpp"
 
 namespace armukf::effects {
 
@@ -14,14 +15,12 @@ struct ThermalFriction {
   static constexpr std::string_view name = "thermal_friction";
   static constexpr std::array parameters{
       EffectParameter{"thermal_friction", "-", 0.0, -0.9, 5.0, 0.1},
-      EffectParameter{
-          "thermal_friction_time", "s", 5.0, 0.2, 1000.0, 5.0, Role::kShape, {1.0, 25.0, 3}}};
+      warming_time("thermal_friction_time")};
   static constexpr std::array<EffectState, 0> states{};
 
   template <class T>
   static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
-    const T warmth = 1.0 - exp(T(-motion.time / p[1]));
-    return {-(p[0] * (warmth * friction(motion.arm, motion.speed_motor())))};
+    return {-(p[0] * (warmth(motion, p[1]) * friction(motion.arm, motion.speed_motor())))};
   }
 };
 
