@@ -32,7 +32,8 @@ OVER = {"gravity": "motor_angle", "torque_ripple": "motor_angle", "backlash": "t
         "drive_lag": "u", "input_delay": "u", "torque_gain": "u", "gear_spring_curve": "twist_gear",
         "arm_spring_curve": "twist_arm", "torque_curve": "u", "angle_curve": "motor_angle",
         "arm_backlash": "twist_arm", "friction_change": "t", "friction_ripple": "motor_angle", "external_torque": "t",
-        "thermal_torque": "t", "thermal_damping": "t", "external_torque_arm": "t", "gear_stiffness_ripple": "motor_angle", "pose_inertia": "motor_angle"}
+        "thermal_torque": "t", "thermal_damping": "t", "gear_stiffness_ripple": "motor_angle",
+        "pose_inertia": "motor_angle"}
 
 
 def axis(name, unit, log=False):

@@ -29,7 +29,6 @@ PLAIN = {
     "sensor_lag": "a speed sensor that tells late",
     "speed_ripple": "a speed sensor that errs with the motor's angle",
     "external_torque": "a torque from outside at a frequency of its own",
-    "external_torque_arm": "a torque on the arm from outside at a frequency of its own",
     "friction_change": "dry friction that becomes another",
     "friction_ripple": "dry friction that goes with the motor's angle",
     "thermal_torque": "a torque constant that changes while the motor warms up",

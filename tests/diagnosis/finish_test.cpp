@@ -136,12 +136,13 @@ TEST(Finished, HasNoEffectOfWhichThereIsNone) {
             "the completed model has none of it beyond its deviation");
 }
 
-/// Five values of the friction, which so short a record hardly tells, beside one of a bias.
+/// The pieces of a spring's law, which so short a record hardly tells, beside one value of a bias:
+/// the error is twice that without, on every processor.
 TEST(Finished, TakesOutFirstWithoutWhichTheOthersErrLeast) {
-  const std::vector<std::string> both{"torque_bias", "friction_parameters"};
+  const std::vector<std::string> both{"torque_bias", "gear_spring_curve"};
   const double alone = Unfinished(biased(), {"torque_bias"}).finish({kInfinite}).validation.mse;
   const double together = Unfinished(biased(), both).finish({kInfinite}).validation.mse;
-  ASSERT_GT(together, alone);
+  ASSERT_GT(together, 1.5 * alone);
   Unfinished found(biased(), both);
   found.settings.most_harm_of_all = 0.0;
   found.finish({0.5 * (together + alone)});

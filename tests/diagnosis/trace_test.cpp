@@ -128,6 +128,25 @@ TEST(Trace, TellsAPeriodicSourceFromAFlexibleMode) {
   EXPECT_NEAR(model.parameter("external_torque_frequency").value, 7.0, 0.005);
 }
 
+/// A smaller torque constant explains most of it, and is told ten times less surely beside what is
+/// there; so is what would stand in for the rest of it, a mode of the gear.
+TEST(Trace, LetsAnEffectTakeThePlaceOfOneThatItBlurs) {
+  Model truth = published_estimate();
+  truth.add_effect("thermal_torque");
+  truth.parameter("thermal_torque").value = -0.2;
+  truth.parameter("thermal_torque_time").value = 2.0;
+  const Diagnosis diagnosis = diagnosis_of(truth);
+  expect_accepted_are_effects(diagnosis);
+  ASSERT_EQ(diagnosis.effects.size(), 1U);
+  EXPECT_EQ(diagnosis.effects[0].effect, "thermal_torque");
+  EXPECT_NEAR(diagnosis.after.model.parameter("thermal_torque").value, -0.2, 0.01);
+  EXPECT_NEAR(diagnosis.after_validation_measures.mse, 0.01, 0.001);
+  EXPECT_TRUE(std::ranges::any_of(diagnosis.candidates, [](const Candidate& candidate) {
+    return candidate.effect == "torque_gain" &&
+           candidate.refused_because == "thermal_torque foretells better in its stead";
+  }));
+}
+
 /// Friction of the gear that the plain model simulates as if it were another arm's.
 TEST(Trace, FindsWhatLeadsASimulationFarAstray) {
   Model truth = published_estimate();

@@ -90,7 +90,8 @@ TEST(Trials, KeepWhatAnEffectFreesNearWhatWasKnownOfIt) {
 TEST(Trials, LeaveOutWhatTheModelHas) {
   Model model = published_estimate();
   model.add_effect("backlash");
-  for (const Trial& trial : trials_for(model, {{1.0}, {}, {}})) EXPECT_NE(trial.effect, "backlash");
+  for (const Trial& trial : trials_for(model, {{1.0}, {}, {}, {}}))
+    EXPECT_NE(trial.effect, "backlash");
 }
 
 }  // namespace
