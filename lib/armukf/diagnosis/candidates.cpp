@@ -559,13 +559,16 @@ double Refit::merit() const {
   return evidence.merit(shows_at) * (1.0 - kPerParameter * (parameters - 1.0));
 }
 
+bool goes_before(const Refit& one, const Refit& other) {
+  return one.shows_at != other.shows_at ? one.shows_at < other.shows_at
+                                        : one.merit() > other.merit();
+}
+
 const Refit* best_found(const std::vector<Refit>& refits) {
   const Refit* best = nullptr;
   for (const Refit& refit : refits) {
     if (!refit.refusal.empty()) continue;
-    if (best == nullptr || refit.shows_at < best->shows_at ||
-        (refit.shows_at == best->shows_at && refit.merit() > best->merit()))
-      best = &refit;
+    if (best == nullptr || goes_before(refit, *best)) best = &refit;
   }
   return best;
 }

@@ -66,8 +66,10 @@ struct Refit {
   double merit() const;
 };
 
-/// The one that counts as found and that goes first: what shows soon before what shows late, and of
-/// these the one of most merit. Null if nothing counts.
+/// What shows soon goes before what shows late, and of these the one of most merit.
+bool goes_before(const Refit& one, const Refit& other);
+
+/// The one that counts as found and that goes first. Null if nothing counts.
 const Refit* best_found(const std::vector<Refit>& refits);
 
 /// How far an effect that was fitted is from none of it, by how that fit scatters. Of none of it

@@ -38,12 +38,6 @@ ForesightFit without_effect(const Completing& completing, const std::string& eff
   return fewer;
 }
 
-/// Whether it goes before the best of what a round has found.
-bool goes_before(const Refit& refit, const Refit* best) {
-  return best == nullptr || refit.shows_at < best->shows_at ||
-         (refit.shows_at == best->shows_at && refit.merit() > best->merit());
-}
-
 /// Whether it is refused for nothing but what it takes from the records of another effect.
 bool only_blurs(const Refit& refit, const AcceptanceSettings& settings) {
   Evidence clear = refit.evidence;
@@ -113,10 +107,10 @@ std::optional<Exchange> exchanged(const std::vector<Refit>& refits, const Refit*
   constexpr std::size_t kTried = 3;
   std::vector<const Refit*> blurring;
   for (const Refit& refit : refits)
-    if (goes_before(refit, best) && only_blurs(refit, completing.settings))
+    if ((best == nullptr || goes_before(refit, *best)) && only_blurs(refit, completing.settings))
       blurring.push_back(&refit);
-  std::ranges::stable_sort(blurring,
-                           [](const Refit* a, const Refit* b) { return goes_before(*a, b); });
+  std::ranges::stable_sort(
+      blurring, [](const Refit* one, const Refit* other) { return goes_before(*one, *other); });
   blurring.resize(std::min(blurring.size(), kTried));
   for (const Refit* refit : blurring) {
     const std::string& other = refit->evidence.blurred;
@@ -129,6 +123,9 @@ std::optional<Exchange> exchanged(const std::vector<Refit>& refits, const Refit*
     trial.model = fit.model;
     for (int& size : trial.sizes)
       size = fit.model.index_of(refit->trial.model.parameters[size].name);
+    if (trial.cyclic_state >= 0)  // its states are the last ones
+      trial.cyclic_state += static_cast<int>(fit.model.states.size()) -
+                            static_cast<int>(refit->trial.model.states.size());
     Explained before = now;
     before.fit.model = without(now.fit.model, completing.base, other, diagnosis.effects);
     before.fit.density = fit.density;

@@ -32,7 +32,7 @@ struct PoseInertia : OverMotorAngle {
   template <class T>
   static ChangingInertiaOn<kArm, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
     const T angle = p[1] * (x[0] - motion.twist_gear() - motion.twist_arm());
-    const T w = motion.speed_arm();
+    const T& w = motion.speed_arm();
     return {p[0] * cos(angle), 0.5 * (p[0] * p[1]) * (sin(angle) * (w * w))};
   }
 };
