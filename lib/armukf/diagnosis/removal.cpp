@@ -30,9 +30,9 @@ StatesOfPieces states_by_name(const Model& fewer, const Model& full, const State
 
 /// The model without that effect, not yet fitted again.
 ForesightFit without_effect(const Completing& completing, const std::string& effect,
-                            const Diagnosis& diagnosis, const ForesightFit& fit) {
+                            const std::vector<FoundEffect>& effects, const ForesightFit& fit) {
   ForesightFit fewer;
-  fewer.model = without(fit.model, completing.base, effect, diagnosis.effects);
+  fewer.model = without(fit.model, completing.base, effect, effects);
   fewer.density = fit.density;
   fewer.x0 = states_by_name(fewer.model, fit.model, fit.x0);
   return fewer;
@@ -53,7 +53,7 @@ bool only_blurs(const Refit& refit, const AcceptanceSettings& settings) {
 Explained explained_without(const Completing& completing, std::size_t place,
                             const Diagnosis& diagnosis, const Explained& now) {
   return best_explained(
-      without_effect(completing, diagnosis.effects[place].effect, diagnosis, now.fit),
+      without_effect(completing, diagnosis.effects[place].effect, diagnosis.effects, now.fit),
       completing.bases, completing.records);
 }
 
@@ -94,7 +94,7 @@ ForesightFit absorbed(const Completing& completing, ForesightFit fit, Diagnosis&
       p.value = std::clamp(p.value, p.lower, p.upper);
     }
     const ForesightFit rest =
-        without_effect(completing, diagnosis.effects[i].effect, diagnosis, fit);
+        without_effect(completing, diagnosis.effects[i].effect, diagnosis.effects, fit);
     fit = explained(rest.model, rest.x0, completing.records, rest.density).fit;
     take_out(i, fmt::format("{} can stand for it", law), completing.base, diagnosis, held);
   }
@@ -103,7 +103,7 @@ ForesightFit absorbed(const Completing& completing, ForesightFit fit, Diagnosis&
 
 std::optional<Exchange> exchanged(const std::vector<Refit>& refits, const Refit* best,
                                   const Looks& looks, const Completing& completing,
-                                  const Diagnosis& diagnosis, const Explained& now) {
+                                  const std::vector<FoundEffect>& effects, const Explained& now) {
   constexpr std::size_t kTried = 3;
   std::vector<const Refit*> blurring;
   for (const Refit& refit : refits)
@@ -114,10 +114,10 @@ std::optional<Exchange> exchanged(const std::vector<Refit>& refits, const Refit*
   blurring.resize(std::min(blurring.size(), kTried));
   for (const Refit* refit : blurring) {
     const std::string& other = refit->evidence.blurred;
-    const auto at = std::ranges::find(diagnosis.effects, other, &FoundEffect::effect);
-    if (at == diagnosis.effects.end()) continue;  // the model was given with it
-    Diagnosis both = diagnosis;
-    both.effects.push_back({refit->trial.effect, 0.0, 0.0, {}});
+    const auto at = std::ranges::find(effects, other, &FoundEffect::effect);
+    if (at == effects.end()) continue;  // the model was given with it
+    std::vector<FoundEffect> both = effects;
+    both.push_back({refit->trial.effect, 0.0, 0.0, {}});
     const ForesightFit fit = without_effect(completing, other, both, refit->explained.fit);
     Trial trial = refit->trial;
     trial.model = fit.model;
@@ -127,12 +127,13 @@ std::optional<Exchange> exchanged(const std::vector<Refit>& refits, const Refit*
       trial.cyclic_state += static_cast<int>(fit.model.states.size()) -
                             static_cast<int>(refit->trial.model.states.size());
     Explained before = now;
-    before.fit.model = without(now.fit.model, completing.base, other, diagnosis.effects);
+    before.fit.model = without(now.fit.model, completing.base, other, effects);
     before.fit.density = fit.density;
     Refit alone =
         refitted(trial, fit.model, fit.x0, before, looks, completing.records, completing.settings);
     if (alone.refusal.empty())
-      return Exchange{std::move(alone), static_cast<std::size_t>(at - diagnosis.effects.begin())};
+      return Exchange{std::move(alone), static_cast<std::size_t>(at - effects.begin()),
+                      std::move(before.fit.model)};
   }
   return {};
 }
@@ -141,7 +142,7 @@ void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& 
   const bool validated = !completing.records.validation.empty();
   for (std::size_t i = 0; diagnosis.effects.size() > 1 && i < diagnosis.effects.size();) {
     std::optional<Explained> rest = explained_as_well(
-        without_effect(completing, diagnosis.effects[i].effect, diagnosis, now.fit),
+        without_effect(completing, diagnosis.effects[i].effect, diagnosis.effects, now.fit),
         completing.bases, now.estimation, completing.records);
     if (!rest || !as_well(*rest, now, kMiddle, validated, kNoHelp)) {
       ++i;

@@ -42,7 +42,8 @@ ForesightFit absorbed(const Completing& completing, ForesightFit fit, Diagnosis&
 /// An effect that takes the place of one that was found before.
 struct Exchange {
   Refit refit;        // fitted without the other
-  std::size_t place;  // of that in the diagnosis
+  std::size_t place;  // of that among the effects
+  Model without;      // what the refit is compared with, without the other
 };
 
 /// Of what a round has refused for no other reason than that the records tell something found
@@ -53,7 +54,7 @@ struct Exchange {
 /// more is looked at then.
 std::optional<Exchange> exchanged(const std::vector<Refit>& refits, const Refit* best,
                                   const Looks& looks, const Completing& completing,
-                                  const Diagnosis& diagnosis, const Explained& now);
+                                  const std::vector<FoundEffect>& effects, const Explained& now);
 
 /// Takes out again what no longer helps; what is taken out was not accepted in the end.
 void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& now, Held& held);

@@ -147,13 +147,18 @@ struct Round {
   const std::set<std::string>& set_aside;  // effects that it does not
 };
 
+/// What it finds.
+struct LookedAt {
+  Contest found;
+  Looks looks;  // all that the p-values count
+};
+
 /// Looks for one effect more: among the names by the fast filter's predictions; by the slow one's,
 /// which tell what shows late; among what is tried last; and at the end by the likelihood alone.
 /// Goes on only while nothing counts as found, or what does shows late. Where the slow filter has
 /// told the effect before, it is asked first, and the fast one once more before nothing is found.
 /// If nothing is, all more common effects are tried once more from the given values of the arm.
-/// looks: all that the p-values count.
-Contest looked_for(const Round& round, Standing& standing, Looks& looks) {
+LookedAt looked_for(const Round& round, Standing& standing) {
   const Suggested& suggested = round.suggested;
   const TraceRecords& records = round.records;
   const AcceptanceSettings& settings = round.settings;
@@ -163,9 +168,10 @@ Contest looked_for(const Round& round, Standing& standing, Looks& looks) {
     return trials;
   };
   const std::vector<Trial> suggested_names = trials_for(now.fit.model, suggested);
-  looks = looks_of(suggested_names);
+  LookedAt all{{}, looks_of(suggested_names)};
+  Contest& found = all.found;
+  Looks& looks = all.looks;
   const std::vector<Trial> names = without_set_aside(suggested_names);
-  Contest found;
   std::optional<NoiseCheck> noise;
   const auto best = [&] {
     if (!noise) noise.emplace(now, records, standing.noise_hopeless);
@@ -178,14 +184,14 @@ Contest looked_for(const Round& round, Standing& standing, Looks& looks) {
   };
   if (!standing.slow_first) {
     const Refit* first = fast();
-    if (first != nullptr && first->shows_at <= kMiddle) return found;
+    if (first != nullptr && first->shows_at <= kMiddle) return all;
   }
   Explained slow = fitted_together(now, standing.held, records, kSlowDensity);
   const auto add_slow = [&](const std::vector<ForesightFit>& on, const std::vector<Trial>& trials) {
     add(contest(slow, on, trials, looks, records, settings), found);
   };
   add_slow({slow.fit}, without_set_aside(trials_for(slow.fit.model, suggested)));
-  if (best() != nullptr) return found;
+  if (best() != nullptr) return all;
 
   const std::vector<Trial> suggested_last =
       last_trials_for(slow.fit.model, suggested, records.estimation, records.propagation);
@@ -194,18 +200,18 @@ Contest looked_for(const Round& round, Standing& standing, Looks& looks) {
   std::vector<ForesightFit> on{slow.fit};  // what is missing may have led it far astray
   on.insert(on.end(), standing.bases.begin(), standing.bases.end());
   add_slow(on, last);
-  if (best() != nullptr) return found;
-  if (standing.slow_first && fast() != nullptr) return found;
+  if (best() != nullptr) return all;
+  if (standing.slow_first && fast() != nullptr) return all;
 
-  std::vector<Trial> all = names;
-  std::ranges::copy(last, std::back_inserter(all));
-  std::erase_if(all, [](const Trial& trial) { return !likelihood_tells(trial); });
-  add({noise->likelier(all, looks, settings), {}}, found);
-  if (best() != nullptr) return found;
+  std::vector<Trial> told = names;
+  std::ranges::copy(last, std::back_inserter(told));
+  std::erase_if(told, [](const Trial& trial) { return !likelihood_tells(trial); });
+  add({noise->likelier(told, looks, settings), {}}, found);
+  if (best() != nullptr) return all;
   add(contest_from(round.given, now, names, looks, records, settings), found);
   noise.reset();
   best();
-  return found;
+  return all;
 }
 
 /// All that a round looked at, into the diagnosis.
@@ -294,24 +300,22 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
   while (search.rounds < most_rounds) {
     const int round = ++search.rounds;
     say(fmt::format("round {}", round), static_cast<double>(round) / (most_rounds + 2));
-    Looks looks;
-    Contest found = looked_for({first.given,
-                                suggested_by(standing.simulated, standing.now.fit,
-                                             records.estimation, records.propagation),
-                                records, settings, set_aside},
-                               standing, looks);
+    auto [found, looks] = looked_for({first.given,
+                                      suggested_by(standing.simulated, standing.now.fit,
+                                                   records.estimation, records.propagation),
+                                      records, settings, set_aside},
+                                     standing);
     const Refit* best = best_found(found.refits);
     Diagnosis completed = search.diagnosis;
-    Standing before = standing;
+    std::optional<Standing> rest;  // without the effect whose place another takes
     const std::optional<Exchange> exchange =
-        exchanged(found.refits, best, looks, completing, completed, standing.now);
+        exchanged(found.refits, best, looks, completing, completed.effects, standing.now);
     if (exchange) {
-      const std::string other = completed.effects[exchange->place].effect;
+      rest = standing;
+      rest->now.fit.model = exchange->without;
       take_out(exchange->place,
                fmt::format("{} foretells better in its stead", exchange->refit.trial.effect),
-               completing.base, completed, before.held);
-      before.now.fit.model =
-          without(standing.now.fit.model, completing.base, other, search.diagnosis.effects);
+               completing.base, completed, rest->held);
       found.refits.push_back(exchange->refit);
       best = &found.refits.back();
     }
@@ -320,7 +324,7 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
                                   : named(*best, found.refits, standing.now.fit.model,
                                           standing.held, records, settings);
     const std::string& effect = chosen.refit->trial.effect;
-    Standing with = with_effect(before, chosen, completing, first, completed);
+    Standing with = with_effect(rest ? *rest : standing, chosen, completing, first, completed);
     const std::string reason = against_simulation(
         standing.error, with.error,
         search.diagnosis.validated ? "the validation record" : "blocks left out of the fit",
@@ -445,20 +449,11 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   return {std::move(diagnosis), !there.empty()};
 }
 
-}  // namespace
-
-Diagnosis trace(const Model& given, const std::vector<Record>& estimation,
-                const std::vector<Record>& validation, const TraceSettings& settings,
-                const TraceProgress& progress) {
-  if (given.unknowns().empty())
-    throw InputError("diagnose: needs an unknown parameter; all of them are fixed");
-  const Crew crew(settings.threads);
-  const Model model = held_together(given);
-  TraceRecords records =
-      trace_records(estimation, validation, settings.propagation, settings.longest_gap_s);
+/// Where more is left of the validation record and nothing is found, by that one.
+Diagnosis traced_either_way(const Model& model, TraceRecords records, const TraceSettings& settings,
+                            const TraceProgress& progress) {
   Traced first = traced(model, records, settings, progress);
-  if (!first.more_there || !first.diagnosis.effects.empty())
-    return bounded_as_given(std::move(first.diagnosis), given);
+  if (!first.more_there || !first.diagnosis.effects.empty()) return std::move(first.diagnosis);
   std::swap(records.estimation, records.validation);
   records.validation_guards = true;
   Diagnosis other = traced(model, records, settings, [&](std::string_view stage, double share) {
@@ -467,10 +462,25 @@ Diagnosis trace(const Model& given, const std::vector<Record>& estimation,
   const double error =
       other.after.mse + placed(other.after.model, records.validation, records.propagation).mse;
   const double before = first.diagnosis.base.best.mse + first.diagnosis.base_validation.mse;
-  if (other.effects.empty() || !does_as_well(error, before, 0.0))
-    return bounded_as_given(std::move(first.diagnosis), given);
+  if (other.effects.empty() || !does_as_well(error, before, 0.0)) return std::move(first.diagnosis);
   other.of_validation = true;
-  return bounded_as_given(std::move(other), given);
+  return other;
+}
+
+}  // namespace
+
+Diagnosis trace(const Model& given, const std::vector<Record>& estimation,
+                const std::vector<Record>& validation, const TraceSettings& settings,
+                const TraceProgress& progress) {
+  if (given.unknowns().empty())
+    throw InputError("diagnose: needs an unknown parameter; all of them are fixed");
+  const Crew crew(settings.threads);
+  return bounded_as_given(
+      traced_either_way(
+          held_together(given),
+          trace_records(estimation, validation, settings.propagation, settings.longest_gap_s),
+          settings, progress),
+      given);
 }
 
 }  // namespace armukf
