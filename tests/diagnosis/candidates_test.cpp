@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "armukf/batch/experiment.hpp"
 #include "armukf/core/constants.hpp"
@@ -65,6 +67,31 @@ TEST(ExplainedAsWell, IsNothingWithoutWhatExplainsMuch) {
     without.density = kForesightDensity;
     EXPECT_EQ(explained_as_well(without, {}, with.estimation, records).has_value(), bias == 0.0);
   }
+}
+
+/// A resonance of the gear box, which is begun far from all that can be told, and one of the arm
+/// that explains much of it: at the gear box the same explains more.
+TEST(Contest, LooksForAnEffectAtTheOtherMassesAsWell) {
+  Model plant = published_estimate();
+  for (const auto& [name, value] : {std::pair{"a_m", 0.235}, std::pair{"a_g", 0.581},
+                                    std::pair{"k_g1", 18.7}, std::pair{"k_a", 11.0}})
+    plant.parameter(name).value = value;
+  plant.add_effect("flexible_mode_gear");
+  plant.parameter("mode_gear_share").value = 0.15;
+  plant.parameter("mode_gear_frequency").value = 10.3;
+  plant.parameter("mode_gear_damping").value = 0.035;
+  const TraceRecords records = trace_records(
+      {simulate_experiment(plant, {.samples = 10000, .sensor_noise = 0.1}).record}, {}, {}, 0.05);
+  Explained now = explained(published_arm(), {}, records, kForesightDensity);
+  std::vector<Trial> trials = trials_of("flexible_mode_arm", now.fit.model, {});
+  trials.push_back(trials_of("flexible_mode_gear", now.fit.model, {}).front());
+  Model& far = trials.back().model;
+  far.parameter("mode_gear_frequency").value = far.parameter("mode_gear_frequency").upper;
+  const Contest found =
+      contest(now, {now.fit}, trials, looks_of(trials), records, AcceptanceSettings{});
+  const Refit* best = best_found(found.refits);
+  ASSERT_NE(best, nullptr);
+  EXPECT_EQ(best->trial.effect, "flexible_mode_gear");
 }
 
 /// Of an arm whose gear box has wide play, which a spring without any stiffness about its rest

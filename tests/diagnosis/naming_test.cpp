@@ -122,6 +122,14 @@ TEST(Named, IsNotWhatDoesNotCountByItself) {
   EXPECT_EQ(round.named(0).refit, &round.refits[0]);
 }
 
+/// A controller answers what the torque's noise does; a prediction over several samples, which
+/// knows that answer and not the noise, likes what makes less of the torque.
+TEST(Named, IsWhatASteadyLikelihoodSaysAgainstPredictions) {
+  Round round;
+  for (double& error : round.refits[1].explained.estimation.all) error *= 1.2;
+  EXPECT_EQ(round.named(0).refit, &round.refits[1]);
+}
+
 TEST(Named, StaysWhereItIsRight) {
   Round round;
   const Named right = round.named(1);

@@ -50,15 +50,20 @@ TEST(NoiseCheck, SaysNothingWhereNoiseCannotBeAll) {
   EXPECT_EQ(refusal(records_of(truth), "torque_bias", 0.01), "");
 }
 
-/// What another effect in the stead of the model's own makes of the likelihood; empty where that
-/// says nothing.
-std::vector<double> gains_instead(const TraceRecords& records, const Model& rest,
-                                  const Model& model, const std::string& rival, double size) {
+/// What another effect in the stead of the model's own makes of the likelihood, and how sure that
+/// is; empty where that says nothing.
+struct Gain {
+  double gain;
+  double steadiness;
+};
+
+std::vector<Gain> gains_instead(const TraceRecords& records, const Model& rest, const Model& model,
+                                const std::string& rival, double size) {
   const Explained now = standing_at(model);
-  std::vector<double> gains;
+  std::vector<Gain> gains;
   for (const Stead& stead :
        NoiseCheck(now, records).instead(rest, {refit_of(rest, rival, size)}, {}))
-    gains.push_back(stead.gain);
+    gains.push_back({stead.gain, stead.steadiness});
   return gains;
 }
 
@@ -70,14 +75,16 @@ TEST(NoiseCheck, KnowsTheNameThatIsRight) {
   strong.add_effect("torque_gain");
   strong.parameter("torque_gain").value = 0.01;
   const TraceRecords records = records_of(damped);
-  const std::vector<double> wrong =
+  const std::vector<Gain> wrong =
       gains_instead(records, published_estimate(), damped, "torque_gain", 0.01);
   ASSERT_EQ(wrong.size(), 1U);
-  EXPECT_LT(wrong[0], -3.0);
-  const std::vector<double> right =
+  EXPECT_LT(wrong[0].gain, -3.0);
+  EXPECT_LT(wrong[0].steadiness, -2.5);
+  const std::vector<Gain> right =
       gains_instead(records, published_estimate(), strong, "gear_damping_quadratic", 0.001);
   ASSERT_EQ(right.size(), 1U);
-  EXPECT_GT(right[0], 3.0);
+  EXPECT_GT(right[0].gain, 3.0);
+  EXPECT_GT(right[0].steadiness, 2.5);
 }
 
 TEST(NoiseCheck, NamesNothingWhereNoiseCannotBeAll) {
@@ -88,6 +95,32 @@ TEST(NoiseCheck, NamesNothingWhereNoiseCannotBeAll) {
   biased.add_effect("torque_bias");
   EXPECT_TRUE(
       gains_instead(records_of(late), published_estimate(), biased, "torque_gain", 0.01).empty());
+}
+
+TEST(NoiseCheck, TellsWhatTheRecordsDoWithout) {
+  Model damped = published_estimate();
+  damped.add_effect("gear_damping_quadratic");
+  damped.parameter("gear_damping_quadratic").value = 0.004;
+  Model strong = published_estimate();
+  strong.add_effect("torque_gain");
+  Model both = damped;
+  both.add_effect("torque_gain");
+  const Explained now = standing_at(both);
+  const TraceRecords records = records_of(damped);
+  NoiseCheck check(now, records);
+  EXPECT_TRUE(check.is_as_likely(damped, {}));
+  EXPECT_FALSE(check.is_as_likely(strong, {}));
+}
+
+TEST(NoiseCheck, DoesWithoutNothingWhereNoiseCannotBeAll) {
+  Model late = published_estimate();
+  late.add_effect("input_delay");
+  late.parameter("input_delay").value = 4e-3;
+  Model biased = published_estimate();
+  biased.add_effect("torque_bias");
+  const Explained now = standing_at(biased);
+  const TraceRecords records = records_of(late);
+  EXPECT_FALSE(NoiseCheck(now, records).is_as_likely(published_estimate(), {}));
 }
 
 /// Of two effects, what counts as found though it may be too small for predictions to tell.

@@ -5,7 +5,9 @@
 #include <functional>
 #include <iterator>
 #include <map>
+#include <set>
 #include <span>
+#include <string>
 #include <utility>
 
 #include "armukf/batch/initial_states.hpp"
@@ -365,17 +367,32 @@ void tell_blurred(const Model& before, const ForesightFit& fit, Evidence& eviden
   }
 }
 
+/// What tells whether one explains more than another.
+std::vector<Witness> witnesses(const Explained& before, const Explained& after,
+                               const TraceRecords& records) {
+  std::vector<Witness> all{{"blocks left out of the fit", before.estimation, after.estimation}};
+  if (!records.validation.empty())
+    all.push_back(
+        {"the validation record", before.validation, after.validation, records.validation_guards});
+  return all;
+}
+
+/// Whether it explains more than another effect does, by the rules for an effect on top of none.
+bool surpasses(const Refit& refit, const Refit& other, const TraceRecords& records,
+               const AcceptanceSettings& acceptance) {
+  Evidence evidence;
+  evidence.p_value = 0.0;  // it is asked of itself
+  evidence.witnesses = witnesses(other.explained, refit.explained, records);
+  return refusal(evidence, acceptance).empty();
+}
+
 /// Against what is to be surpassed.
 void judge(const Explained& now, const TraceRecords& records, const Looks& looks,
            const AcceptanceSettings& acceptance, Refit& refit) {
   const ForesightFit& fit = refit.explained.fit;
   refit.evidence = {};
   Evidence& evidence = refit.evidence;
-  evidence.witnesses.push_back(
-      {"blocks left out of the fit", now.estimation, refit.explained.estimation});
-  if (!records.validation.empty())
-    evidence.witnesses.push_back({"the validation record", now.validation,
-                                  refit.explained.validation, records.validation_guards});
+  evidence.witnesses = witnesses(now, refit.explained, records);
   const Chance chance = chance_of(refit.trial, now, fit, looks);
   evidence.statistic = chance.statistic;
   evidence.p_value = chance.p_value;
@@ -421,31 +438,74 @@ void judge_all(const Explained& now, const TraceRecords& records, const Looks& l
   keep_first_of_each(refits, 1, [](const Refit& r) { return r.trial.effect; });
 }
 
+/// Where a fit of an effect begins once more.
+struct Again {
+  const Trial* trial;
+  Model model;
+  StatesOfPieces x0;
+};
+
+/// The same as the effect that was fitted, but at other masses: a resonance of one mass, as that is
+/// seen through the springs, is near to one of another, and yet too far from all that the grid and
+/// the spectra suggest.
+std::vector<Again> elsewhere(const Refit& best, const Model& arm,
+                             const std::vector<Trial>& trials) {
+  const ForesightFit& fit = best.explained.fit;
+  const EffectSlot& its = fit.model.effects.back();
+  const std::size_t count = parameters_of(its.effect).size();
+  std::vector<Again> all;
+  std::set<std::string> effects{best.trial.effect};
+  for (const Trial& trial : trials) {
+    if (family_of(trial.effect) != family_of(best.trial.effect)) continue;
+    const EffectSlot& slot = trial.model.effects.back();
+    if (parameters_of(slot.effect).size() != count ||
+        trial.model.states.size() != fit.model.states.size() ||
+        !effects.insert(trial.effect).second)
+      continue;
+    Model model = with_values(trial.model, arm);
+    for (std::size_t i = 0; i < count; ++i) {
+      Parameter& p = model.parameters[slot.first_parameter + i];
+      p.value = std::clamp(fit.model.parameters[its.first_parameter + i].value, p.lower, p.upper);
+    }
+    all.push_back({&trial, std::move(model), fit.x0});
+  }
+  return all;
+}
+
 /// Fits of what explains much as well may have ended in another minimum than the best one's: once
-/// more from where that has led the arm.
-void follow_best(const Explained& now, const TraceRecords& records, const Looks& looks,
+/// more from where that has led the arm. So are those of the same effect elsewhere.
+void follow_best(const Explained& now, const std::vector<Trial>& trials,
+                 const TraceRecords& records, const Looks& looks,
                  const AcceptanceSettings& acceptance, std::vector<Refit>& refits) {
   constexpr std::size_t kTried = 4;
   constexpr double kAsMuch = 0.4;  // of the merit
   const Refit* best = best_found(refits);
   if (best == nullptr) return;
   const Model arm = with_values(now.fit.model, best->explained.fit.model);
-  std::vector<const Refit*> others;
-  for (const Refit& refit : refits)
+  std::vector<Again> others;
+  for (const Refit& refit : refits) {
+    if (others.size() == kTried) break;
     if (&refit != best &&
         refit.evidence.merit(best->shows_at) > kAsMuch * best->evidence.merit(best->shows_at))
-      others.push_back(&refit);
-  others.resize(std::min(others.size(), kTried));
+      others.push_back(
+          {&refit.trial, with_values(refit.explained.fit.model, arm), refit.explained.fit.x0});
+  }
+  const std::size_t first_elsewhere = others.size();
+  std::ranges::move(elsewhere(*best, arm, trials), std::back_inserter(others));
+  const double density = best->explained.fit.density;
   const Thinned looked_at = thinned(records.estimation);
   std::vector<Refit> again(others.size());
   for_each_job(static_cast<int>(others.size()), [&](int i) {
-    const ForesightFit& fit = others[i]->explained.fit;
-    again[i] = ended(others[i]->trial,
-                     near_the_end(with_values(fit.model, arm), fit.x0, fit.density, looked_at,
-                                  records.propagation),
+    const Again& from = others[i];
+    again[i] = ended(*from.trial,
+                     near_the_end(from.model, from.x0, density, looked_at, records.propagation),
                      now, looks, records, acceptance);
   });
-  std::ranges::move(again, std::back_inserter(refits));
+  std::vector<Refit> worth;  // of those elsewhere only what is better than where they come from
+  for (std::size_t i = 0; i < again.size(); ++i)
+    if (i < first_elsewhere || surpasses(again[i], *best, records, acceptance))
+      worth.push_back(std::move(again[i]));
+  std::ranges::move(worth, std::back_inserter(refits));
   judge_all(now, records, looks, acceptance, refits);
 }
 
@@ -627,7 +687,8 @@ Contest judged_of(const std::vector<Begun>& begun, const Thinned& looked_at, Exp
   constexpr int kMinima = 3;
   for (int i = 0; i < kMinima && improve(now, result.refits, records); ++i)
     judge_all(now, records, looks, acceptance, result.refits);
-  follow_best(now, records, looks, acceptance, result.refits);
+  follow_best(now, trials, records, looks, acceptance, result.refits);
+  for (const Refit& refit : result.refits) judged[refit.trial.effect] = true;
   for (const auto& [effect, count] : looks_of(trials))
     if (!judged[effect]) result.others.push_back(effect);
   return result;

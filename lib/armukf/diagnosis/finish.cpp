@@ -16,6 +16,7 @@
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/parallel.hpp"
 #include "armukf/core/statistics.hpp"
+#include "armukf/diagnosis/noise_check.hpp"
 #include "armukf/diagnosis/trial.hpp"
 #include "armukf/fit/dense.hpp"
 
@@ -210,17 +211,27 @@ struct Dispensable {
   Explained rest;
 };
 
-/// One that the completed model has none of: its sizes may be nothing, and without it the model
-/// simulates what judges nearly as well. Where that errs far more, the sizes are only hard to tell
-/// from other parameters: friction at the arm from that at the gear and from what damps its spring.
+/// One that the completed model has none of: its sizes may be nothing, or beside what was found
+/// after it noise explains as much; and without it the model simulates what judges nearly as well.
+/// Where that errs far more, the sizes are only hard to tell from other parameters: friction at the
+/// arm from that at the gear and from what damps its spring.
 std::optional<Dispensable> none_of_these(const Completing& completing, const Diagnosis& diagnosis,
                                          const Explained& now, const Held& held,
                                          const Simulated& without_any, const Simulated& completed) {
   const std::vector<EffectSlot>& effects = completed.estimation.model.effects;
+  Explained all = now;
+  all.fit.model = set_free(now.fit.model, held);
+  NoiseCheck noise(all, completing.records);
+  const auto is_noise = [&](const std::string& effect) {
+    return diagnosis.effects.size() > 1 &&  // one alone was judged so when it was found
+           noise.is_as_likely(without(all.fit.model, completing.base, effect, diagnosis.effects),
+                              completing.settings);
+  };
   for (std::size_t i = 0; i < diagnosis.effects.size(); ++i) {
     const auto slot = std::ranges::find(effects, diagnosis.effects[i].effect, &EffectSlot::name);
-    if (slot == effects.end() ||
-        !is_none(*slot, completed.estimation, completing.settings.most_sds_of_none))
+    if (slot == effects.end()) continue;
+    if (!is_none(*slot, completed.estimation, completing.settings.most_sds_of_none) &&
+        !is_noise(slot->name()))
       continue;
     Explained rest = explained_without(completing, i, diagnosis, now);
     const double error =

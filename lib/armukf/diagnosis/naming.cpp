@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "armukf/diagnosis/finish.hpp"
 #include "armukf/diagnosis/noise_check.hpp"
 
 namespace armukf {
@@ -69,6 +70,15 @@ bool is_likelier(const Stead& stead) {
   return stead.gain > kNearlyAsLikely && likelihood_tells(stead.rival->trial);
 }
 
+/// Whether the likelihood is as sure of it as an effect's help has to be. Predictions over several
+/// samples, which know the torque that a controller answers the noise with, then say nothing: they
+/// like a torque constant that is too small, since the torque makes good for noise that they do not
+/// know.
+bool is_surely_likelier(const Stead& stead, const AcceptanceSettings& settings) {
+  return is_likelier(stead) && stead.rival->refusal.empty() &&
+         stead.steadiness >= settings.least_steadiness;
+}
+
 /// The model with a rival in the stead of an effect, fitted as the round fitted that. rest: the
 /// model without either, all that is held set free.
 Explained replaced(const Model& rest, const Stead& stead, Held& held, const TraceRecords& records) {
@@ -128,8 +138,9 @@ Named named(const Refit& chosen, std::vector<Refit>& refits, const Model& before
   const Refit* best = &chosen;
   const Stead& likeliest = steads.front();
   if (is_likelier(likeliest) && likeliest.rival->refusal.empty() &&
-      as_well(likeliest.rival->explained, chosen.explained, kNear, !records.validation.empty(),
-              settings.most_harm)) {
+      (is_surely_likelier(likeliest, settings) ||
+       as_well(likeliest.rival->explained, chosen.explained, kNear, !records.validation.empty(),
+               settings.most_harm))) {
     best = &*std::ranges::find_if(refits,
                                   [&](const Refit& r) { return is_same(r, *likeliest.rival); });
     refits[&chosen - refits.data()].refusal = likelier_than(*best);
@@ -160,7 +171,12 @@ void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& re
     if (is_likelier(likeliest)) {
       Held held_then = held;
       Explained then = replaced(rest, likeliest, held_then, records);
-      if (as_well(then, now, kNear, !records.validation.empty(), settings.most_harm)) {
+      const bool may_stay =
+          is_surely_likelier(likeliest, settings)
+              ? does_as_well(error_so_far(then, records), error_so_far(now, records),
+                             settings.most_harm_of_one)
+              : as_well(then, now, kNear, !records.validation.empty(), settings.most_harm);
+      if (may_stay) {
         now = std::move(then);
         held = std::move(held_then);
         rename(*likeliest.rival, found, diagnosis.candidates);

@@ -13,6 +13,7 @@
 #include "armukf/core/parallel.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/diagnosis/ahead_score.hpp"
+#include "armukf/diagnosis/scatter.hpp"
 
 namespace armukf {
 namespace {
@@ -74,6 +75,25 @@ OutputError::Evaluation NoiseCheck::errors_at(const FoundMinimum& found, bool de
   const InitialChoice initial = prediction_choice(found.model);
   const OutputError error(found.model, pieces_, initial, records_.propagation, found.gains);
   return error.evaluate(found.minimum.z.data(), derivatives);
+}
+
+std::vector<double> NoiseCheck::likelihoods_of_parts(const FoundMinimum& found) const {
+  const OutputError::Evaluation at = errors_at(found, false);
+  const Eigen::Index rows = at.r.size();
+  std::vector<double> sums(kScatterParts);
+  if (!at.valid) return std::vector<double>(kScatterParts, -kInfinite);
+  const auto deviations = static_cast<double>((at.r.array() != 0.0).count());
+  const double variance = at.r.squaredNorm() / deviations;
+  Eigen::Index row = 0;
+  for (const Gains& gains : found.gains)
+    for (const double sd : gains.innovation_sd) {
+      const double error = at.r[row];
+      if (std::isfinite(sd))
+        sums[row * kScatterParts / rows] -=
+            0.5 * (std::log(variance) + error * error / variance) + std::log(sd);
+      ++row;
+    }
+  return sums;
 }
 
 double NoiseCheck::correlation_at(const FoundMinimum& found) const {
@@ -208,16 +228,36 @@ std::vector<Stead> NoiseCheck::instead(const Model& rest, const std::vector<Refi
   if (!noise_can_be_all(settings)) return {};
   const auto unknowns = static_cast<double>(now_.fit.model.unknowns().size());
   const auto count = static_cast<int>(rivals.size());
+  const std::vector<double> before = likelihoods_of_parts(*base_);
   std::vector<Stead> steads(rivals.size());
   for_each_job(count, [&](int i) {
     FoundMinimum found = likeliest_near_base(with_rival(rest, rivals[i]));
     const double more = static_cast<double>(found.model.unknowns().size()) - unknowns;
+    std::vector<double> gains = likelihoods_of_parts(found);
+    for (std::size_t part = 0; part < gains.size(); ++part)
+      gains[part] -= before[part] + more / kScatterParts;
     found.x0.resize(records_.estimation.size());
     steads[i] = {&rivals[i], std::move(found.model), std::move(found.x0),
-                 base_->loss - found.loss - more};
+                 base_->loss - found.loss - more, steadiness(gains)};
   });
   std::ranges::stable_sort(steads, std::greater{}, &Stead::gain);
   return steads;
+}
+
+bool NoiseCheck::is_as_likely(const Model& rest, const AcceptanceSettings& settings) {
+  if (!noise_can_be_all(settings)) return false;
+  Model with = now_.fit.model;
+  const FoundMinimum without = likeliest_near_base(rest);
+  const auto may_be_chance = [&](double loss) {
+    const auto more = static_cast<double>(with.unknowns().size() - rest.unknowns().size());
+    return chi_square_tail(2.0 * std::max(0.0, without.loss - loss), more) > settings.most_p;
+  };
+  if (!may_be_chance(base_->loss)) return false;
+  for (const int i : rest.unknowns()) {  // once more from where the arm is likeliest without it
+    const Parameter& p = without.model.parameters[i];
+    with.parameter(p.name).value = p.value;
+  }
+  return may_be_chance(likeliest_near_base(with).loss);
 }
 
 }  // namespace armukf

@@ -20,6 +20,9 @@ struct Stead {
   Model model;
   StatesOfPieces x0;  // of the estimation pieces
   double gain;  // of the log-likelihood one sample ahead, less one for each parameter it has more
+  /// How sure that gain is by how it scatters: the mean of its sixteenths over its deviation. Holds
+  /// whatever the noise is. Source: Q. H. Vuong, Econometrica 57, 1989.
+  double steadiness;
 };
 
 /// Whether noise alone explains what an effect seems to.
@@ -52,6 +55,10 @@ class NoiseCheck {
   /// left; where noise cannot be all there are none.
   std::vector<Stead> instead(const Model& rest, const std::vector<Refit>& rivals,
                              const AcceptanceSettings& settings);
+
+  /// Whether the records are as likely, but for chance, without what the rest has less than the
+  /// model as it stands. Not so where noise cannot be all.
+  bool is_as_likely(const Model& rest, const AcceptanceSettings& settings);
 
   /// Whether noise was found to explain far too little, by what has been asked.
   bool hopeless(const AcceptanceSettings& settings) const;
@@ -88,6 +95,9 @@ class NoiseCheck {
   double loss_without(const Model& with) const;
 
   OutputError::Evaluation errors_at(const FoundMinimum& found, bool derivatives) const;
+
+  /// ln of the likelihood of each sixteenth of the records, but for what is the same for all.
+  std::vector<double> likelihoods_of_parts(const FoundMinimum& found) const;
 
   /// Largest, of what that minimum leaves.
   double correlation_at(const FoundMinimum& found) const;
