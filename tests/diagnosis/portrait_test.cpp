@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <numbers>
 #include <random>
@@ -83,9 +84,12 @@ TEST(Portrait, TellsFrictionThatRepeatsWithTheAngle) {
                          "friction that repeats with the motor's angle, 0.21 times per rad"));
 }
 
+/// The value of a parameter at an angle of the motor (rad), a time (s) and a twist of the gear
+/// (rad).
+using Changing = std::function<double(double angle, double time, double twist)>;
+
 /// The same motion of an arm of which a parameter is not the same at all samples.
-Record record_of_changing(const std::string& parameter,
-                          const std::function<double(double angle, double time)>& value) {
+Record record_of_changing(const std::string& parameter, const Changing& value) {
   Record record = plain_record();
   Model model = published_estimate();
   std::vector<double> x(model.states.size());
@@ -97,7 +101,7 @@ Record record_of_changing(const std::string& parameter,
     Sample& sample = record.samples[k];
     const Sample& next = record.samples[k + 1];
     sample.y = x[kSpeedMotor] + noise(engine);
-    model.parameter(parameter).value = value(angle, sample.t);
+    model.parameter(parameter).value = value(angle, sample.t, x[kTwistGear]);
     angle += x[kSpeedMotor] * (next.t - sample.t);
     x = simulate_states(model, x, {sample, next}, {})[1];
   }
@@ -118,8 +122,8 @@ bool any_has(const std::vector<std::string>& lines, const std::string& text) {
 
 TEST(Portrait, TellsAnInertiaThatGoesWithTheAngle) {
   const double inertia = published_estimate().parameter("J").value;
-  const auto stays = [&](double, double) { return inertia; };
-  const auto goes = [&](double angle, double) {
+  const auto stays = [&](double, double, double) { return inertia; };
+  const auto goes = [&](double angle, double, double) {
     return inertia * (1.0 + 0.005 * (angle - 15.0));  // of up to 30 rad
   };
   EXPECT_FALSE(any_has(portrait_of_fit(record_of_changing("J", stays)), "is not the same"));
@@ -127,16 +131,39 @@ TEST(Portrait, TellsAnInertiaThatGoesWithTheAngle) {
                       "J is not the same at all angles of the motor, by about"));
 }
 
+/// The controller answers the noise of the sample that is predicted; its torque is no load.
+TEST(Portrait, SeesNoLoadInWhatAControllerMakesOfNoise) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const SimulatedExperiment loop =
+        simulate_experiment(published_estimate(), {.seed = seed,
+                                                   .samples = 20000,
+                                                   .sensor_noise = 0.4,
+                                                   .sensor_pole = 0.7,
+                                                   .torque_disturbance = 0.3,
+                                                   .torque_pole = 0.9});
+    EXPECT_FALSE(any_has(portrait_of(loop.record), "at all loads")) << seed;
+  }
+}
+
+TEST(Portrait, TellsAParameterThatGoesWithTheLoad) {
+  const double damping = published_estimate().parameter("d_g").value;
+  const auto goes = [&](double, double, double twist) {
+    return damping * (1.0 + 20.0 * std::abs(twist));
+  };
+  EXPECT_TRUE(any_has(portrait_of_fit(record_of_changing("d_g", goes)),
+                      "is not the same at all loads, by about"));
+}
+
 TEST(Portrait, TellsAParameterThatGoesWithTime) {
   const double stiffness = published_estimate().parameter("k_a").value;
-  const auto goes = [&](double, double time) { return stiffness * (1.0 + 0.04 * time); };
+  const auto goes = [&](double, double time, double) { return stiffness * (1.0 + 0.04 * time); };
   EXPECT_TRUE(any_has(portrait_of_fit(record_of_changing("k_a", goes)),
                       "k_a is not the same at all times, by about"));
 }
 
 TEST(Portrait, TellsAParameterThatComesAndGoes) {
   const double inertia = published_estimate().parameter("J").value;
-  const auto goes = [&](double, double time) {
+  const auto goes = [&](double, double time, double) {
     return inertia * (1.0 + 0.1 * std::sin(2.0 * std::numbers::pi * 0.9 * time));
   };
   EXPECT_TRUE(any_has(portrait_of_fit(record_of_changing("J", goes)),

@@ -139,7 +139,8 @@ Eigen::VectorXd scaled(const Eigen::VectorXd& values) {
   return most > 0.0 ? Eigen::VectorXd(values / most) : values;
 }
 
-/// angle: of the motor, rad.
+/// angle: of the motor, rad. The load is that of the gear's spring as the model predicts it: in the
+/// commanded torque a controller answers the noise of the very sample that is predicted.
 std::vector<Course> courses(const std::vector<Instant>& motion, const std::vector<double>& angle) {
   const auto course = [&](const std::function<double(const Instant&)>& value) {
     Eigen::VectorXd all(motion.size());
@@ -160,7 +161,7 @@ std::vector<Course> courses(const std::vector<Instant>& motion, const std::vecto
           {"at all times", course([](const Instant& at) { return at.share; })},
           {"all the time, but comes and goes", waves},
           {"at all speeds", course([](const Instant& at) { return std::abs(at.speed); })},
-          {"at all loads", course([](const Instant& at) { return std::abs(at.torque); })}};
+          {"at all loads", course([](const Instant& at) { return std::abs(at.twist); })}};
 }
 
 /// A parameter that is not the same all along a course.
