@@ -20,6 +20,14 @@ inline TraceRecords records_of(const Model& truth) {
   return records;
 }
 
+/// The published arm with an effect of that size.
+inline Model published_with(const std::string& effect, double size) {
+  Model model = published_estimate();
+  model.add_effect(effect);
+  model.parameter(effect).value = size;
+  return model;
+}
+
 /// An effect of that size beside the model, as a refit would come to the check.
 inline Refit refit_of(Model model, const std::string& effect, double size) {
   model.add_effect(effect);

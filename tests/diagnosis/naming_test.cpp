@@ -13,12 +13,7 @@ namespace {
 constexpr const char* kRight = "gear_damping_quadratic";
 constexpr const char* kWrong = "torque_gain";
 
-TraceRecords records_of_damping() {
-  Model truth = published_estimate();
-  truth.add_effect(kRight);
-  truth.parameter(kRight).value = 0.004;
-  return records_of(truth);
-}
+TraceRecords records_of_damping() { return records_of(published_with(kRight, 0.004)); }
 
 Candidate candidate(const std::string& effect, bool accepted) {
   Candidate result;

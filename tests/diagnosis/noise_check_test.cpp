@@ -30,23 +30,17 @@ TEST(NoiseCheck, RefusesWhatFollowsTheNoise) {
 }
 
 TEST(NoiseCheck, LeavesWhatIsThere) {
-  Model truth = published_estimate();
-  truth.add_effect("gear_damping_quadratic");
-  truth.parameter("gear_damping_quadratic").value = 0.004;
+  const Model truth = published_with("gear_damping_quadratic", 0.004);
   EXPECT_EQ(refusal(records_of(truth), "gear_damping_quadratic", 1e-3), "");
 }
 
 TEST(NoiseCheck, LeavesASlowEffectThatHardlyShowsOneSampleAhead) {
-  Model truth = published_estimate();
-  truth.add_effect("torque_bias");
-  truth.parameter("torque_bias").value = 0.05;
+  const Model truth = published_with("torque_bias", 0.05);
   EXPECT_EQ(refusal(records_of(truth), "torque_bias", 0.01), "");
 }
 
 TEST(NoiseCheck, SaysNothingWhereNoiseCannotBeAll) {
-  Model truth = published_estimate();
-  truth.add_effect("input_delay");
-  truth.parameter("input_delay").value = 4e-3;
+  const Model truth = published_with("input_delay", 4e-3);
   EXPECT_EQ(refusal(records_of(truth), "torque_bias", 0.01), "");
 }
 
@@ -68,12 +62,8 @@ std::vector<Gain> gains_instead(const TraceRecords& records, const Model& rest, 
 }
 
 TEST(NoiseCheck, KnowsTheNameThatIsRight) {
-  Model damped = published_estimate();
-  damped.add_effect("gear_damping_quadratic");
-  damped.parameter("gear_damping_quadratic").value = 0.004;
-  Model strong = published_estimate();
-  strong.add_effect("torque_gain");
-  strong.parameter("torque_gain").value = 0.01;
+  const Model damped = published_with("gear_damping_quadratic", 0.004);
+  const Model strong = published_with("torque_gain", 0.01);
   const TraceRecords records = records_of(damped);
   const std::vector<Gain> wrong =
       gains_instead(records, published_estimate(), damped, "torque_gain", 0.01);
@@ -88,21 +78,15 @@ TEST(NoiseCheck, KnowsTheNameThatIsRight) {
 }
 
 TEST(NoiseCheck, NamesNothingWhereNoiseCannotBeAll) {
-  Model late = published_estimate();
-  late.add_effect("input_delay");
-  late.parameter("input_delay").value = 4e-3;
-  Model biased = published_estimate();
-  biased.add_effect("torque_bias");
+  const Model late = published_with("input_delay", 4e-3);
+  const Model biased = published_with("torque_bias", 0.0);
   EXPECT_TRUE(
       gains_instead(records_of(late), published_estimate(), biased, "torque_gain", 0.01).empty());
 }
 
 TEST(NoiseCheck, TellsWhatTheRecordsDoWithout) {
-  Model damped = published_estimate();
-  damped.add_effect("gear_damping_quadratic");
-  damped.parameter("gear_damping_quadratic").value = 0.004;
-  Model strong = published_estimate();
-  strong.add_effect("torque_gain");
+  const Model damped = published_with("gear_damping_quadratic", 0.004);
+  const Model strong = published_with("torque_gain", 0.0);
   Model both = damped;
   both.add_effect("torque_gain");
   const Explained now = standing_at(both);
@@ -113,11 +97,8 @@ TEST(NoiseCheck, TellsWhatTheRecordsDoWithout) {
 }
 
 TEST(NoiseCheck, DoesWithoutNothingWhereNoiseCannotBeAll) {
-  Model late = published_estimate();
-  late.add_effect("input_delay");
-  late.parameter("input_delay").value = 4e-3;
-  Model biased = published_estimate();
-  biased.add_effect("torque_bias");
+  const Model late = published_with("input_delay", 4e-3);
+  const Model biased = published_with("torque_bias", 0.0);
   const Explained now = standing_at(biased);
   const TraceRecords records = records_of(late);
   EXPECT_FALSE(NoiseCheck(now, records).is_as_likely(published_estimate(), {}));
@@ -138,9 +119,7 @@ std::vector<std::string> likelier(const Model& truth) {
 }
 
 TEST(NoiseCheck, FindsTheLikeliestOfSmallEffects) {
-  Model truth = published_estimate();
-  truth.add_effect("gear_damping_quadratic");
-  truth.parameter("gear_damping_quadratic").value = 0.002;
+  const Model truth = published_with("gear_damping_quadratic", 0.002);
   EXPECT_EQ(likelier(truth), std::vector<std::string>{"gear_damping_quadratic"});
 }
 
@@ -149,9 +128,7 @@ TEST(NoiseCheck, FindsNothingInNoise) {
 }
 
 TEST(NoiseCheck, FindsNothingWhereNoiseCannotBeAll) {
-  Model truth = published_estimate();
-  truth.add_effect("input_delay");
-  truth.parameter("input_delay").value = 4e-3;
+  const Model truth = published_with("input_delay", 4e-3);
   EXPECT_EQ(likelier(truth), std::vector<std::string>{});
 }
 

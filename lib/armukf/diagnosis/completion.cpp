@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 #include "armukf/model/plant.hpp"
 
@@ -23,6 +24,11 @@ Model set_free(Model model, const Held& held) {
   for (Parameter& p : model.parameters)
     if (held.contains(p.name)) p.known = false;
   return model;
+}
+
+Explained set_free(Explained explained, const Held& held) {
+  explained.fit.model = set_free(std::move(explained.fit.model), held);
+  return explained;
 }
 
 Model kept_as_they_are(Model model, const Held& held) {

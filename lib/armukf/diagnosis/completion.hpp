@@ -23,6 +23,7 @@ void hold(const Model& before, ForesightFit& slow, Held& held);
 
 /// All of them set free again.
 Model set_free(Model model, const Held& held);
+Explained set_free(Explained explained, const Held& held);
 Model kept_as_they_are(Model model, const Held& held);
 
 /// Those of them that are unknown in a model.

@@ -219,8 +219,7 @@ std::optional<Dispensable> none_of_these(const Completing& completing, const Dia
                                          const Explained& now, const Held& held,
                                          const Simulated& without_any, const Simulated& completed) {
   const std::vector<EffectSlot>& effects = completed.estimation.model.effects;
-  Explained all = now;
-  all.fit.model = set_free(now.fit.model, held);
+  const Explained all = set_free(now, held);
   NoiseCheck noise(all, completing.records);
   const auto is_noise = [&](const std::string& effect) {
     return diagnosis.effects.size() > 1 &&  // one alone was judged so when it was found

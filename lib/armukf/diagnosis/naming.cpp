@@ -129,8 +129,7 @@ Named named(const Refit& chosen, std::vector<Refit>& refits, const Model& before
             const TraceRecords& records, const AcceptanceSettings& settings) {
   const std::vector<Refit> others = rivals_to_weigh(chosen, refits);
   if (others.empty()) return {&chosen, rivals(chosen, refits), others, false};
-  Explained with = chosen.explained;
-  with.fit.model = set_free(with.fit.model, held);
+  const Explained with = set_free(chosen.explained, held);
   NoiseCheck noise(with, records);
   const std::vector<Stead> steads = noise.instead(set_free(before, held), others, settings);
   if (steads.empty())
@@ -156,8 +155,7 @@ void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& re
   std::optional<NoiseCheck> noise;
   for (FoundEffect& found : diagnosis.effects) {
     if (!noise) {
-      all = now;
-      all.fit.model = set_free(now.fit.model, held);
+      all = set_free(now, held);
       noise.emplace(all, records);
     }
     const Model rest = without(all.fit.model, base, found.effect, diagnosis.effects);
