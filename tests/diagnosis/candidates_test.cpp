@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -92,6 +93,50 @@ TEST(Contest, LooksForAnEffectAtTheOtherMassesAsWell) {
   const Refit* best = best_found(found.refits);
   ASSERT_NE(best, nullptr);
   EXPECT_EQ(best->trial.effect, "flexible_mode_gear");
+}
+
+/// A refit that counts as found: by how much less it errs at each horizon.
+Refit helping(Horizon shows_at, std::array<double, 4> help) {
+  Witness witness{"all", {}, {}};
+  for (std::size_t h = 0; h < help.size(); ++h) {
+    witness.before.all[h] = 1.0;
+    witness.after.all[h] = 1.0 - help[h];
+  }
+  Refit refit;
+  refit.evidence.witnesses = {witness};
+  refit.shows_at = shows_at;
+  return refit;
+}
+
+TEST(BestFound, IsOfTheFastDynamicsWhileTheyAreFarFromRight) {
+  const std::vector<Refit> refits{helping(kFar, {0.0, 0.01, 0.5, 0.6}),
+                                  helping(kMiddle, {0.1, 0.15, 0.02, 0.02})};
+  EXPECT_TRUE(comes_first(refits[1]));
+  EXPECT_EQ(best_found(refits), &refits[1]);
+}
+
+TEST(BestFound, IsWhatShowsLateIfThatExplainsFarMoreThanTheLittleThatShowsSoon) {
+  std::vector<Refit> refits{helping(kMiddle, {0.02, 0.04, 0.02, 0.02}),
+                            helping(kLast, {0.0, 0.01, 0.5, 0.6}),
+                            helping(kFar, {0.0, 0.01, 0.3, 0.1})};
+  EXPECT_FALSE(comes_first(refits[0]));
+  EXPECT_EQ(best_found(refits), &refits[2]);
+  refits[2].refusal = "none";
+  EXPECT_EQ(best_found(refits), &refits[1]);
+  refits[0] = helping(kMiddle, {0.02, 0.04, 0.3, 0.4});  // there it is of use as well
+  EXPECT_EQ(best_found(refits), &refits[0]);
+  refits[1].refusal = "none";
+  refits[0] = helping(kMiddle, {0.02, 0.04, 0.02, 0.02});
+  EXPECT_EQ(best_found(refits), &refits[0]);
+}
+
+TEST(BestFound, AsksNoGuardHowMuchItIsHelped) {
+  Refit refit = helping(kMiddle, {0.1, 0.2, 0.2, 0.2});
+  refit.evidence.witnesses.push_back(refit.evidence.witnesses.front());
+  refit.evidence.witnesses.back().after = refit.evidence.witnesses.back().before;
+  EXPECT_FALSE(comes_first(refit));
+  refit.evidence.witnesses.back().guards = true;
+  EXPECT_TRUE(comes_first(refit));
 }
 
 /// Of an arm whose gear box has wide play, which a spring without any stiffness about its rest

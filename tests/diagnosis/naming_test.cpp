@@ -79,6 +79,16 @@ TEST(WeighNames, LeavesTheRightName) {
   EXPECT_TRUE(found.now.fit.model.has_effect(kRight));
 }
 
+/// As of a slow ripple, which is an offset where the motor hardly turns.
+TEST(WeighNames, LeavesANameForNoneWhoseSizeMayBeChance) {
+  Found found(kWrong, kRight);
+  found.rivals[kWrong][0].evidence.p_value = 0.5;
+  found.weigh();
+  EXPECT_EQ(found.diagnosis.effects[0].effect, kWrong);
+  EXPECT_TRUE(found.diagnosis.candidates[0].accepted);
+  EXPECT_TRUE(found.now.fit.model.has_effect(kWrong));
+}
+
 /// Both effects as a round judges them on top of the plain model; the wrong one is said to be best.
 struct Round {
   Round() : records(records_of_damping()) {

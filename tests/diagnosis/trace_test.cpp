@@ -255,6 +255,43 @@ TEST(Trace, TakesNoArmForAnotherOneThatALargeEffectMoves) {
   EXPECT_GT(found.after_validation_measures.fit_percent, 90.0);
 }
 
+/// Near standstill, where a gear box that rubs all but stops the arm, the plain model foretells
+/// nothing: with the friction it does.
+TEST(Trace, TakesNoArmForAnotherOneThatHardlyMoves) {
+  Model truth = published_estimate();
+  truth.add_effect("gear_friction");
+  truth.parameter("gear_friction_coulomb").value = 1.5;
+  const auto record_by = [&](std::uint64_t seed) {
+    return simulate_experiment(truth, {.seed = seed,
+                                       .samples = 5000,
+                                       .sensor_noise = 0.05,
+                                       .controller = {.proportional = 0.5, .integral = 2.0},
+                                       .reference = {.multisine_peak = 1.0,
+                                                     .lowest_line_hz = 0.5,
+                                                     .highest_line_hz = 5.0,
+                                                     .square_amplitude = 1.0}})
+        .record;
+  };
+  const Diagnosis found = trace(published_arm(), {record_by(1)}, {record_by(2)}, {});
+  EXPECT_LT(found.before_estimation.fit_percent, 20.0);
+  EXPECT_GT(found.after_estimation.fit_percent, 50.0);
+  ASSERT_EQ(found.effects.size(), 1U);
+  EXPECT_EQ(found.effects[0].effect, "gear_friction");
+}
+
+TEST(Trace, RefusesARecordThatNothingExplains) {
+  Record record = record_of(published_estimate(), ExperimentKind::kEstimation, 1500);
+  for (std::size_t k = 0; k < record.samples.size(); ++k)
+    record.samples[k].y = record.samples[k * 7 % record.samples.size()].y;
+  try {
+    trace(published_arm(), {record}, {}, {});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("another arm, or wrong columns?"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(Trace, RefusesRecordsThatCannotTell) {
   const Record record = record_of(published_estimate(), ExperimentKind::kEstimation, 2000);
   Record same = record;

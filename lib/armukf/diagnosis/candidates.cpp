@@ -30,6 +30,8 @@ constexpr double kSameLevel = 0.02;       // of two minima
 constexpr double kBetterMinimum = 0.005;  // by that in level
 constexpr double kFarMinimum = 1.0;       // of the level above the best: no effect leads back there
 constexpr double kLedUp = 0.05;           // of the level: a start that is not worth going on from
+constexpr double kMuchSoon = 0.1;         // of the error: the fast dynamics are not yet right
+constexpr double kFarMore = 2.0;          // times, of the merit
 constexpr double kPerParameter = 0.03;    // of the merit, the price of each further parameter
 
 Explained with_errors(ForesightFit fit, const TraceRecords& records) {
@@ -434,7 +436,8 @@ Refit ended(const Trial& trial, const ForesightFit& near, const Explained& now, 
 void judge_all(const Explained& now, const TraceRecords& records, const Looks& looks,
                const AcceptanceSettings& acceptance, std::vector<Refit>& refits) {
   for (Refit& refit : refits) judge(now, records, looks, acceptance, refit);
-  std::ranges::stable_sort(refits, std::greater{}, [](const Refit& r) { return r.merit(); });
+  std::ranges::stable_sort(refits, std::greater{},
+                           [](const Refit& r) { return r.merit(r.shows_at); });
   keep_first_of_each(refits, 1, [](const Refit& r) { return r.trial.effect; });
 }
 
@@ -615,22 +618,33 @@ Bases bases_of(const Model& model, const Model& fitted_model, const TraceRecords
   return bases;
 }
 
-double Refit::merit() const {
-  return evidence.merit(shows_at) * (1.0 - kPerParameter * (parameters - 1.0));
+double Refit::merit(Horizon horizon) const {
+  return evidence.merit(horizon) * (1.0 - kPerParameter * (parameters - 1.0));
 }
 
 bool goes_before(const Refit& one, const Refit& other) {
   return one.shows_at != other.shows_at ? one.shows_at < other.shows_at
-                                        : one.merit() > other.merit();
+                                        : one.merit(one.shows_at) > other.merit(other.shows_at);
+}
+
+bool comes_first(const Refit& refit) {
+  return refit.shows_at == kMiddle &&
+         std::ranges::all_of(refit.evidence.witnesses, [](const Witness& w) {
+           return w.guards || w.help(kMiddle) >= kMuchSoon;
+         });
 }
 
 const Refit* best_found(const std::vector<Refit>& refits) {
   const Refit* best = nullptr;
+  const Refit* late = nullptr;  // the best of what shows late
   for (const Refit& refit : refits) {
     if (!refit.refusal.empty()) continue;
     if (best == nullptr || goes_before(refit, *best)) best = &refit;
+    if (refit.shows_at != kMiddle && (late == nullptr || goes_before(refit, *late))) late = &refit;
   }
-  return best;
+  if (late == nullptr || best == late || comes_first(*best)) return best;
+  const double soon = best->merit(late->shows_at);
+  return late->merit(late->shows_at) > kFarMore * std::max(0.0, soon) ? late : best;
 }
 
 Refit refitted(const Trial& trial, const Model& from, const StatesOfPieces& x0,

@@ -63,13 +63,18 @@ struct Refit {
   Horizon shows_at = kLast;
 
   /// With a price for each parameter beyond the first.
-  double merit() const;
+  double merit(Horizon horizon) const;
 };
+
+/// Whether it shows soon and lowers the error there by much: that is to be right before what shows
+/// late is looked at.
+bool comes_first(const Refit& refit);
 
 /// What shows soon goes before what shows late, and of these the one of most merit.
 bool goes_before(const Refit& one, const Refit& other);
 
-/// The one that counts as found and that goes first. Null if nothing counts.
+/// The one that counts as found and that goes first; but what shows late and explains far more
+/// there goes before what shows soon and explains little. Null if nothing counts.
 const Refit* best_found(const std::vector<Refit>& refits);
 
 /// How far an effect that was fitted is from none of it, by how that fit scatters. Of none of it

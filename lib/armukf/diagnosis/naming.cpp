@@ -166,7 +166,7 @@ void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& re
     if (steads.empty()) return;
     const std::string name = found.effect;
     const Stead& likeliest = steads.front();
-    if (is_likelier(likeliest)) {
+    if (is_likelier(likeliest) && likeliest.rival->evidence.p_value <= settings.most_p) {
       Held held_then = held;
       Explained then = replaced(rest, likeliest, held_then, records);
       const bool may_stay =

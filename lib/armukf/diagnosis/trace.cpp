@@ -184,7 +184,7 @@ LookedAt looked_for(const Round& round, Standing& standing) {
   };
   if (!standing.slow_first) {
     const Refit* first = fast();
-    if (first != nullptr && first->shows_at <= kMiddle) return all;
+    if (first != nullptr && comes_first(*first)) return all;
   }
   Explained slow = fitted_together(now, standing.held, records, kSlowDensity);
   const auto add_slow = [&](const std::vector<ForesightFit>& on, const std::vector<Trial>& trials) {
@@ -397,15 +397,10 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   diagnosis.base = base_fit(model, records.estimation, records.propagation);
   const Bases first = bases_of(model, diagnosis.base.best.model, records);
   add_start(first.best, records, diagnosis.base);
-  check_fit(diagnosis.base.best, first.best.estimation, records.estimation,
-            "the model, fitted to it,");
   diagnosis.validated = records.validation_judges();
   diagnosis.judges =
       diagnosis.validated ? records.validation : blocks_of(records.estimation).pieces;
   const Simulated without_any{diagnosis.base.best, judged(diagnosis.base.best, records)};
-  const std::string what = fmt::format("the model fitted to {}", records.estimation.front().name);
-  if (!diagnosis.validated)
-    check_fit(without_any.validation, first.best.estimation, diagnosis.judges, what);
   diagnosis.base_validation = without_any.validation;
   search.standing = {
       first.best, first.all, {}, diagnosis.base.best, error_so_far(first.best, records)};
@@ -415,9 +410,12 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   const Simulated simulated =
       completed(search, completing, first, without_any, settings.most_effects, say);
   // What an arm does under a large effect, its model may not foretell at all: only with what was
-  // found is a validation record another arm's.
-  if (diagnosis.validated)
-    check_fit(simulated.validation, search.standing.now.validation, diagnosis.judges, what);
+  // found is a record another arm's.
+  const Explained& now = search.standing.now;
+  check_fit(simulated.estimation, now.estimation, records.estimation, "the model, fitted to it,");
+  check_fit(simulated.validation, diagnosis.validated ? now.validation : now.estimation,
+            diagnosis.judges,
+            fmt::format("the model fitted to {}", records.estimation.front().name));
   say("what is left", 0.95);
   diagnosis.after = with_deviations_by_blocks(simulated, records);
   diagnosis.after_validation = simulated.validation;
@@ -437,7 +435,6 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   diagnosis.unexplained = left_of(simulated.estimation, records.estimation, records.propagation);
   const std::vector<std::string> there = more_left(simulated, records);
   std::ranges::copy(there, std::back_inserter(diagnosis.unexplained));
-  const Explained& now = search.standing.now;
   diagnosis.consistency = consistency_of(now, records);
   for (std::string& text : disagreements(diagnosis.consistency, now.fit.model))
     diagnosis.unexplained.push_back(std::move(text));
