@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "armukf/core/constants.hpp"
+#include "diagnosis/loop_records.hpp"
 #include "diagnosis/noisy_record.hpp"
 
 namespace armukf {
@@ -240,6 +241,21 @@ TEST(ErrorSoFar, IsThatOfTheBlocksByWhatForetellsThem) {
   found.records.validation = {noisy_record(biased(), 3000, 0.05, 0.3, 8)};
   EXPECT_DOUBLE_EQ(error_so_far(found.now, found.records),
                    judged(plain(found.now, found.records), found.records).mse);
+}
+
+/// With values that the torque's noise has bent, a plain fit leaves what the gear's spring lacks.
+TEST(Likelier, IsTheFitThatForetellsTheNextSampleBetter) {
+  const TraceRecords records = records_of(published_estimate());
+  Model bent = published_estimate();
+  bent.parameter("k_g3").value = 400.0;
+  const FittedModel plain_fit = placed(bent, records.estimation, records.propagation);
+  const Explained foretelling = explained(published_estimate(), {}, records, kForesightDensity);
+  EXPECT_LT(likelier(plain_fit, foretelling, records).model.parameter("k_g3").value, 300.0);
+  const FittedModel right = placed(published_estimate(), records.estimation, records.propagation);
+  Explained astray = foretelling;
+  astray.fit.model = bent;
+  EXPECT_EQ(likelier(right, astray, records).model.parameter("k_g3").value,
+            published_estimate().parameter("k_g3").value);
 }
 
 }  // namespace

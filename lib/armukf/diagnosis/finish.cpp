@@ -249,6 +249,15 @@ FittedModel plain(const Explained& now, const TraceRecords& records) {
   return placed(now.fit.model, records.estimation, records.propagation, now.fit.x0);
 }
 
+FittedModel likelier(const FittedModel& fit, const Explained& foretelling,
+                     const TraceRecords& records) {
+  const auto log_likelihood = [&](const FittedModel& f) {
+    return one_step(f, records.estimation, records.propagation).log_likelihood;
+  };
+  FittedModel other = plain(foretelling, records);
+  return log_likelihood(other) > log_likelihood(fit) ? other : fit;
+}
+
 FittedModel judged(const FittedModel& fit, const TraceRecords& records) {
   return records.validation_judges() ? placed(fit.model, records.validation, records.propagation)
                                      : without_each_block(fit, records);

@@ -34,6 +34,12 @@ struct Finished {
 /// As it is, but for the initial states.
 FittedModel plain(const Explained& now, const TraceRecords& records);
 
+/// Of a plain fit and the model as it foretells the estimation records the one by which they are
+/// likelier one sample ahead. Under a torque's noise a plain fit may bend the arm's values, and
+/// what it leaves then is what they lack.
+FittedModel likelier(const FittedModel& fit, const Explained& foretelling,
+                     const TraceRecords& records);
+
 /// What judges, the validation record or each block by the model as it is fitted to the others, and
 /// how the fitted model does there.
 FittedModel judged(const FittedModel& fit, const TraceRecords& records);

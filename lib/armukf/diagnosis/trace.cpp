@@ -432,7 +432,10 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
     const auto& [fit, pieces] = compared[i];
     *measures[i] = measures_of(*fit, *pieces, angle, records.propagation);
   });
-  diagnosis.unexplained = left_of(simulated.estimation, records.estimation, records.propagation);
+  diagnosis.unexplained =
+      left_of(diagnosis.effects.empty() ? likelier(simulated.estimation, now, records)
+                                        : simulated.estimation,
+              records.estimation, records.propagation);
   const std::vector<std::string> there = more_left(simulated, records);
   std::ranges::copy(there, std::back_inserter(diagnosis.unexplained));
   diagnosis.consistency = consistency_of(now, records);
