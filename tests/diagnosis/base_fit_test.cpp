@@ -66,5 +66,22 @@ TEST(HeldTogether, LeavesUnknownSpringsAPartOfTheirStiffness) {
                    model.parameter("k_a").scale * kLeastSpring);
 }
 
+TEST(HeldTogether, HasASlackSpringWhereATenthIsLeft) {
+  Model model = published_arm();
+  model.parameter("k_a").value = 3.0;
+  model = held_together(std::move(model));
+  EXPECT_FALSE(has_slack_spring(model));
+  model.parameter("k_a").value = 0.4;  // given with 3, typically 20
+  EXPECT_FALSE(has_slack_spring(model));
+  model.parameter("k_a").value = 0.2;
+  EXPECT_TRUE(has_slack_spring(model));
+  model.parameter("k_a").known = true;
+  EXPECT_FALSE(has_slack_spring(model));
+  model.parameter("k_g1").value = 1.0;
+  EXPECT_TRUE(has_slack_spring(model));
+  model.parameter("k_g1").lower = 0.9;  // a user's own bound
+  EXPECT_TRUE(has_slack_spring(model));
+}
+
 }  // namespace
 }  // namespace armukf

@@ -95,6 +95,35 @@ TEST(Contest, LooksForAnEffectAtTheOtherMassesAsWell) {
   EXPECT_EQ(best->trial.effect, "flexible_mode_gear");
 }
 
+/// A motor of a larger torque constant and friction at the gear box, each of which undoes most of
+/// what the other does: alone neither is a tenth of what it is, and another inertia explains more.
+TEST(Contest, FitsEffectsAtOnceThatHideEachOther) {
+  Model plant = published_estimate();
+  plant.add_effect("torque_gain");
+  plant.add_effect("gear_friction");
+  plant.parameter("torque_gain").value = 0.35;
+  plant.parameter("gear_friction_coulomb").value = 0.5;
+  const TraceRecords records = trace_records(
+      {simulate_experiment(plant, {.samples = 8000, .sensor_noise = 0.2, .torque_disturbance = 0.1})
+           .record},
+      {}, {}, 0.05);
+  Bases bases = bases_of(published_arm(), published_estimate(), records);
+  Explained& now = bases.best;
+  std::vector<Trial> trials;
+  for (const char* effect : {"payload_change", "torque_gain", "gear_friction"})
+    for (Trial& trial : trials_of(effect, now.fit.model, {})) trials.push_back(std::move(trial));
+  const AcceptanceSettings settings;
+  const Contest found = contest(now, bases.all, trials, looks_of(trials), records, settings);
+  const Refit* pair = best_pair(found.pairs, best_found(found.refits), records, settings);
+  ASSERT_NE(pair, nullptr);
+  const Model& model = pair->explained.fit.model;
+  EXPECT_NEAR(model.parameter("torque_gain").value, 0.35, 0.02);
+  EXPECT_NEAR(model.parameter("gear_friction_coulomb").value, 0.5, 0.05);
+  for (const Refit& single : found.refits)
+    EXPECT_GT(single.explained.estimation.level(), pair->explained.estimation.level() + 1.0)
+        << single.trial.effect;
+}
+
 /// A refit that counts as found: by how much less it errs at each horizon.
 Refit helping(Horizon shows_at, std::array<double, 4> help) {
   Witness witness{"all", {}, {}};
@@ -137,6 +166,53 @@ TEST(BestFound, AsksNoGuardHowMuchItIsHelped) {
   EXPECT_FALSE(comes_first(refit));
   refit.evidence.witnesses.back().guards = true;
   EXPECT_TRUE(comes_first(refit));
+}
+
+/// A refit that counts as found, of so much error in every block and at each horizon.
+Refit erring(double error) {
+  Refit refit = helping(kMiddle, {0.1, 0.2, 0.2, 0.2});
+  ForesightErrors& errors = refit.explained.estimation;
+  errors.all.fill(error);
+  for (auto& of_horizon : errors.blocks) of_horizon.fill(error);
+  return refit;
+}
+
+TEST(Rank, IsByAllRecordsAndWithoutASlackSpring) {
+  Explained minimum;
+  minimum.fit.model = held_together(published_arm());
+  minimum.estimation.all.fill(1.0);
+  minimum.validation.all.fill(1.0);
+  const auto worse = [&](double estimation, double validation, bool slack) {
+    Explained other = minimum;
+    other.estimation.all.fill(estimation);
+    other.validation.all.fill(validation);
+    if (slack) other.fit.model.parameter("k_a").value = 1.0;
+    return other;
+  };
+  TraceRecords records;
+  const auto counts = [&](const Explained& other) {
+    return rank(other, records) < rank(minimum, records);
+  };
+  EXPECT_TRUE(counts(worse(0.99, 2.0, false)));
+  EXPECT_FALSE(counts(worse(0.99, 1.0, true)));
+  EXPECT_TRUE(counts(worse(0.9, 1.0, true)));
+  records.validation.emplace_back();
+  EXPECT_FALSE(counts(worse(0.99, 2.0, false)));
+  EXPECT_TRUE(counts(worse(1.1, 0.8, false)));
+}
+
+TEST(BestPair, IsOneThatExplainsMoreThanWhatIsFoundAlone) {
+  const TraceRecords records;
+  const AcceptanceSettings settings;
+  const Refit single = erring(1.0);
+  std::vector<Refit> pairs{erring(0.99)};
+  EXPECT_EQ(best_pair({}, &single, records, settings), nullptr);
+  EXPECT_EQ(best_pair(pairs, &single, records, settings), nullptr);
+  EXPECT_EQ(best_pair(pairs, nullptr, records, settings), &pairs[0]);
+  pairs[0] = erring(0.8);
+  EXPECT_EQ(best_pair(pairs, &single, records, settings), &pairs[0]);
+  pairs[0].refusal = "none";
+  EXPECT_EQ(best_pair(pairs, &single, records, settings), nullptr);
 }
 
 /// Of an arm whose gear box has wide play, which a spring without any stiffness about its rest

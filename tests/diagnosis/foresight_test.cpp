@@ -50,6 +50,17 @@ TEST(PredictionsAt, UseTheModelOfTheirPart) {
   EXPECT_GT(apart, 10.0);
 }
 
+TEST(FittedValues, CountWhereAnAngleBeginsOncePerPiece) {
+  Model model = published_arm();
+  const auto unknowns = static_cast<int>(model.unknowns().size());
+  EXPECT_EQ(fitted_values(model, 3), unknowns);
+  model.add_effect("drive_lag");  // a state that is known at first
+  EXPECT_EQ(fitted_values(model, 3), unknowns + 1);
+  model.add_effect("torque_ripple");
+  EXPECT_EQ(fitted_values(model, 1), unknowns + 1 + 2 + 1);
+  EXPECT_EQ(fitted_values(model, 3), unknowns + 1 + 2 + 3);
+}
+
 TEST(FitForesight, TellsParametersAndHowFarTheyAre) {
   const Model truth = published_estimate();
   const std::vector<Record> pieces{record_of(truth, 3000)};

@@ -148,5 +148,37 @@ TEST(RivalsToWeigh, AreNoneWhereTheLikelihoodHasWeighedThem) {
   EXPECT_TRUE(rivals_to_weigh(chosen, {refit_of(published_arm(), kWrong, 0.01)}).empty());
 }
 
+/// Two effects at once, of that merit.
+Refit pair_of(const std::string& first, const std::string& second, double help) {
+  Refit pair;
+  pair.trial.effect = second;
+  pair.trial.beside = {first, {}};
+  Witness witness{"all", {}, {}};
+  witness.before.all.fill(1.0);
+  witness.after.all.fill(1.0 - help);
+  pair.evidence.witnesses = {witness};
+  pair.shows_at = kMiddle;
+  return pair;
+}
+
+TEST(RivalsBeside, AreWhatWasFittedBesideTheSameEffect) {
+  const std::vector<Refit> pairs{pair_of("gear_friction", "torque_gain", 0.5),
+                                 pair_of("arm_friction", "torque_gain", 0.45),
+                                 pair_of("torque_gain", "presliding_friction", 0.4),
+                                 pair_of("gear_friction", "thermal_friction", 0.4),
+                                 pair_of("load_dependent_friction", "torque_gain", 0.02),
+                                 pair_of("arm_friction", "thermal_friction", 0.4)};
+  const Rivals rivals = rivals_beside(pairs[0], pairs);
+  const auto names = [&](const std::string& effect) {
+    std::vector<std::string> all;
+    for (const Refit& rival : rivals.at(effect)) all.push_back(rival.trial.effect);
+    return all;
+  };
+  EXPECT_EQ(rivals.size(), 2U);
+  EXPECT_EQ(names("gear_friction"),
+            (std::vector<std::string>{"arm_friction", "presliding_friction"}));
+  EXPECT_EQ(names("torque_gain"), std::vector<std::string>{"thermal_friction"});
+}
+
 }  // namespace
 }  // namespace armukf

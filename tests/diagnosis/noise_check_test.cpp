@@ -77,6 +77,29 @@ TEST(NoiseCheck, KnowsTheNameThatIsRight) {
   EXPECT_GT(right[0].steadiness, 2.5);
 }
 
+/// A weight that turns by the gear's ratio, which is known until a trial sets it free: by the ratio
+/// that the weight was fitted with it is what is there, and by the given one nothing.
+TEST(NoiseCheck, WeighsAWeightByTheRatioThatItWasFittedWith) {
+  constexpr double kRatio = 20.0;
+  const auto turning = [](Model model) {
+    model.add_effect("gravity");
+    model.parameter("gravity").value = 0.3;
+    model.parameter("gravity_ratio").value = kRatio;
+    model.parameter("gravity_ratio").known = false;
+    return model;
+  };
+  const TraceRecords records = records_of(turning(published_estimate()));
+  const Explained now = standing_at(published_with("torque_bias", 0.1));
+  Refit weight;
+  weight.trial.effect = "gravity";
+  weight.explained.fit.model = turning(published_estimate());
+  const std::vector<Stead> steads =
+      NoiseCheck(now, records).instead(published_estimate(), {weight}, {});
+  ASSERT_EQ(steads.size(), 1U);
+  EXPECT_GT(steads[0].gain, 3.0);
+  EXPECT_NEAR(steads[0].model.parameter("gravity_ratio").value, kRatio, 0.1 * kRatio);
+}
+
 TEST(NoiseCheck, NamesNothingWhereNoiseCannotBeAll) {
   const Model late = published_with("input_delay", 4e-3);
   const Model biased = published_with("torque_bias", 0.0);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <optional>
 #include <string>
 
 #include "armukf/batch/experiment.hpp"
@@ -55,6 +56,42 @@ TEST(Trials, CountAllThatWasLookedAt) {
               without + 2 * 300 + 3 * 800, 1e-9 * without);
   EXPECT_NEAR(looks({{1.0, 2.0}, {}, {}, {}, 302.0, 800.0}), without + 2 * 300 + 3 * 800,
               1e-9 * without);
+}
+
+TEST(Together, HasBothEffectsAsTheirGridsHaveThem) {
+  const Model arm = published_arm();
+  const Trial first = trials_of("friction_parameters", arm, {}).front();
+  const Trial second = trials_of("thermal_friction", arm, {}).back();
+  const std::optional<Trial> both = together(first, second);
+  ASSERT_TRUE(both.has_value());
+  EXPECT_EQ(both->effect, "thermal_friction");
+  EXPECT_EQ(both->beside->effect, "friction_parameters");
+  EXPECT_EQ(both->beside->sizes, first.sizes);
+  for (const char* name : {"thermal_friction", "thermal_friction_time"})
+    EXPECT_EQ(both->model.parameter(name).value, second.model.parameter(name).value) << name;
+  EXPECT_FALSE(both->model.parameter("Fc").known);
+  EXPECT_NO_THROW(both->model.check());
+  ASSERT_EQ(both->sizes.size(), 1U);
+  EXPECT_EQ(both->model.parameters[both->sizes[0]].name, "thermal_friction");
+
+  const Trial other = swapped(*both);
+  EXPECT_EQ(other.effect, "friction_parameters");
+  EXPECT_EQ(other.sizes, first.sizes);
+  EXPECT_EQ(other.beside->effect, "thermal_friction");
+
+  const Looks looks{{"friction_parameters", 2.0}, {"thermal_friction", 5.0}};
+  EXPECT_DOUBLE_EQ(corrected(1e-6, second, looks), 1e-5);
+  EXPECT_DOUBLE_EQ(corrected(1e-6, *both, looks), 4e-5);
+  EXPECT_EQ(corrected(1e-6, other, looks), corrected(1e-6, *both, looks));
+}
+
+TEST(Together, IsNothingWhereTheModelHasNoRoomForBoth) {
+  Model model = published_estimate();
+  for (int number = 1; model.has_room_for("flexible_mode_arm"); ++number)
+    model.add_effect("flexible_mode_arm:" + std::to_string(number));
+  const Trial first = trials_of("drive_lag", model, {}).front();
+  EXPECT_FALSE(together(first, trials_of("sensor_lag", model, {}).front()).has_value());
+  EXPECT_TRUE(together(first, trials_of("torque_gain", model, {}).front()).has_value());
 }
 
 TEST(Trials, HoldTheRarestForTheLast) {

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
+#include <map>
 #include <numbers>
+#include <string>
 #include <utility>
 
 #include "armukf/core/parallel.hpp"
@@ -66,17 +69,7 @@ class Crowd {
   static constexpr int kMostColumns = 8;
 
   void add_effect(const Trial& trial, const std::vector<int>& sizes) {
-    const EffectSlot& own = trial.model.effects.back();
-    const auto first_state = static_cast<int>(model_.states.size());
-    const auto first_parameter = static_cast<int>(model_.parameters.size());
-    for (const int size : sizes)  // of the effect, or of the arm, where the effect frees it
-      sizes_.push_back(size < own.first_parameter ? size
-                                                  : size - own.first_parameter + first_parameter);
-    for (int i = 0; i < own.state_count(); ++i)
-      model_.states.push_back(trial.model.states[own.first_state + i]);
-    for (int i = 0; i < own.parameter_count(); ++i)
-      model_.parameters.push_back(trial.model.parameters[own.first_parameter + i]);
-    model_.effects.push_back({own.effect, own.number, first_state, first_parameter});
+    std::ranges::copy(add_effect_of(trial, sizes, model_), std::back_inserter(sizes_));
   }
 
   Model model_;
@@ -107,37 +100,48 @@ AheadScore::AheadScore(const Model& base, const StatesOfPieces& x0,
   error_ = own.error - explained_ * (explained_.transpose() * own.error);
 }
 
-std::vector<Suggestion> AheadScore::operator()(const std::vector<Trial>& trials) const {
+Scores AheadScore::operator()(const std::vector<Trial>& trials) const {
+  const std::vector<Columns> columns = columns_of_all(trials);
+  Scores scores;
+  scores.suggestions.reserve(trials.size());
+  for (std::size_t i = 0; i < trials.size(); ++i)
+    scores.suggestions.push_back(suggestion(trials[i], columns[i]));
+  scores.masked = masked(trials, scores.suggestions, columns);
+  return scores;
+}
+
+std::vector<AheadScore::Columns> AheadScore::columns_of_all(
+    const std::vector<Trial>& trials) const {
   const std::vector<Crowd> crowds = crowds_of(trials, base_);
-  std::vector<std::vector<Suggestion>> found(crowds.size());
+  std::vector<std::vector<Columns>> found(crowds.size());
   for_each_job(static_cast<int>(crowds.size()), [&](int i) {
     const Crowd& crowd = crowds[i];
-    const Eigen::MatrixXd columns =
-        weighted_innovations(crowd.model(), crowd.initial_states(x0_), pieces_, propagation_,
-                             gains_, crowd.sizes())
-            .columns;
+    Columns columns = weighted_innovations(crowd.model(), crowd.initial_states(x0_), pieces_,
+                                           propagation_, gains_, crowd.sizes())
+                          .columns;
+    columns -= explained_ * (explained_.transpose() * columns);
     Eigen::Index first = 0;
     for (const Trial* trial : crowd.trials()) {
-      found[i].push_back(suggestion(*trial, columns.middleCols(first, columns_of(*trial))));
+      found[i].emplace_back(columns.middleCols(first, columns_of(*trial)));
       first += columns_of(*trial);
     }
   });
-  std::vector<Suggestion> all;
+  std::vector<Columns> all;
   all.reserve(trials.size());
-  for (std::vector<Suggestion>& some : found) std::ranges::move(some, std::back_inserter(all));
+  for (std::vector<Columns>& some : found) std::ranges::move(some, std::back_inserter(all));
   return all;
 }
 
-Suggestion AheadScore::suggestion(const Trial& trial, Eigen::MatrixXd columns) const {
+double AheadScore::gain_of(double share) const { return -0.5 * counted_ * std::log1p(-share); }
+
+Suggestion AheadScore::suggestion(const Trial& trial, const Columns& columns) const {
   Suggestion result;
   const Model none = with_values(trial.model, base_);
   result.model = none;
   result.x0 = extended(x0_, none);
-  const bool cyclic = trial.cyclic_state >= 0;
-  columns -= explained_ * (explained_.transpose() * columns);
   Eigen::VectorXd step = least_squares_solution(columns, error_);
   if (!step.allFinite()) return result;
-  if (cyclic) {
+  if (trial.cyclic_state >= 0) {
     for (std::vector<double>& x : result.x0)
       x[trial.cyclic_state] = std::atan2(step[1], step[0]) / trial.harmonic;
     Parameter& size = result.model.parameters[trial.sizes.front()];
@@ -146,14 +150,58 @@ Suggestion AheadScore::suggestion(const Trial& trial, Eigen::MatrixXd columns) c
     for (std::size_t i = 0; i < trial.sizes.size(); ++i) {
       Parameter& size = result.model.parameters[trial.sizes[i]];
       const double from = none.parameters[trial.sizes[i]].value;
-      const auto at = static_cast<Eigen::Index>(i);
-      step[at] = std::clamp(from + step[at], size.lower, size.upper) - from;
-      if (from == 0.0) size.value = usual(size, step[at]);
+      double& by = step[static_cast<Eigen::Index>(i)];
+      by = std::clamp(from + by, size.lower, size.upper) - from;
+      if (from == 0.0) size.value = usual(size, by);
     }
   }
   result.share = 1.0 - (error_ - columns * step).squaredNorm() / error_.squaredNorm();
-  result.gain = -0.5 * counted_ * std::log1p(-result.share);
+  result.gain = gain_of(result.share);
   return result;
+}
+
+std::vector<MaskedPair> AheadScore::masked(const std::vector<Trial>& trials,
+                                           const std::vector<Suggestion>& suggestions,
+                                           const std::vector<Columns>& columns) const {
+  constexpr double kFarMore = 1.5;               // times what steps by each take away
+  constexpr double kLeastMore = 10.0;            // nats, than these
+  std::map<std::string, std::size_t> likeliest;  // of each effect
+  double best = 0.0;
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    best = std::max(best, suggestions[i].gain);
+    if (trials[i].cyclic_state >= 0 || is_learnt_law(trials[i].model.effects.back().effect))
+      continue;
+    const auto [at, is_new] = likeliest.try_emplace(trials[i].effect, i);
+    if (!is_new && suggestions[i].gain > suggestions[at->second].gain) at->second = i;
+  }
+  std::vector<MaskedPair> pairs;
+  for (const auto& [effect, i] : likeliest)
+    for (const auto& [other, j] : likeliest)
+      if (effect < other) pairs.push_back({i, j, {}, 0.0});
+  for_each_job(static_cast<int>(pairs.size()), [&](int at) {
+    MaskedPair& pair = pairs[at];
+    Columns both(error_.size(), columns[pair.first].cols() + columns[pair.second].cols());
+    both << columns[pair.first], columns[pair.second];
+    Eigen::VectorXd step = least_squares_solution(both, error_);
+    if (!step.allFinite()) return;
+    Eigen::Index size_at = 0;
+    for (const std::size_t of : {pair.first, pair.second})
+      for (const int position : trials[of].sizes) {
+        const bool of_base = position < static_cast<int>(base_.parameters.size());
+        const double from = of_base ? base_.parameters[position].value : 0.0;
+        const Parameter& size = trials[of].model.parameters[position];
+        pair.sizes.push_back(std::clamp(from + step[size_at], size.lower, size.upper));
+        step[size_at++] = pair.sizes.back() - from;
+      }
+    pair.gain = gain_of(1.0 - (error_ - both * step).squaredNorm() / error_.squaredNorm());
+  });
+  std::erase_if(pairs, [&](const MaskedPair& pair) {
+    const double each =
+        std::max(0.0, suggestions[pair.first].gain) + std::max(0.0, suggestions[pair.second].gain);
+    return !(pair.gain > std::max({best, kFarMore * each, each + kLeastMore}));
+  });
+  std::ranges::stable_sort(pairs, std::greater{}, &MaskedPair::gain);
+  return pairs;
 }
 
 }  // namespace armukf

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <vector>
 
 #include "armukf/batch/gains.hpp"
@@ -21,6 +22,21 @@ struct Suggestion {
   StatesOfPieces x0;
 };
 
+/// Two trials that hide each other's effects, as a torque constant that is too small and friction:
+/// one linearised step by both takes away far more than a step by each, and than any other.
+struct MaskedPair {
+  std::size_t first;  // of the trials
+  std::size_t second;
+  std::vector<double> sizes;  // that the step suggests: of the first, then of the second
+  double gain;                // of log-likelihood by that, were the innovations white
+};
+
+/// What was scored on top of a base.
+struct Scores {
+  std::vector<Suggestion> suggestions;  // one per trial
+  std::vector<MaskedPair> masked;       // most gain first
+};
+
 /// Score tests one sample ahead: the innovations of a model on the sensitivity of the prediction to
 /// a trial's sizes, after both have lost what the free parameters could explain. Where ScoreTest
 /// judges, this only tells where a fit of an effect had better begin.
@@ -30,14 +46,26 @@ class AheadScore {
   AheadScore(const Model& base, const StatesOfPieces& x0, const std::vector<Record>& pieces,
              const Propagation& propagation, std::vector<Gains> gains);
 
-  /// One per trial. trials: of the base's model or of one with the same parameters, all of the
-  /// same.
-  std::vector<Suggestion> operator()(const std::vector<Trial>& trials) const;
+  /// trials: of the base's model or of one with the same parameters, all of the same.
+  Scores operator()(const std::vector<Trial>& trials) const;
 
  private:
-  /// From the derivatives of the innovations by the trial's sizes, where it has none; of a cyclic
-  /// effect that begins at 0, and a quarter of a period later.
-  Suggestion suggestion(const Trial& trial, Eigen::MatrixXd columns) const;
+  /// A trial's derivatives of the innovations by its sizes, where it has none, over their
+  /// deviations and without what the base explains.
+  using Columns = Eigen::MatrixXd;
+
+  std::vector<Columns> columns_of_all(const std::vector<Trial>& trials) const;
+
+  /// columns: of a cyclic effect those of where it begins at 0, and a quarter of a period later.
+  Suggestion suggestion(const Trial& trial, const Columns& columns) const;
+
+  /// Of the likeliest trial of each effect.
+  std::vector<MaskedPair> masked(const std::vector<Trial>& trials,
+                                 const std::vector<Suggestion>& suggestions,
+                                 const std::vector<Columns>& columns) const;
+
+  /// What taking away so much of the innovations gains.
+  double gain_of(double share) const;
 
   const Model& base_;
   const StatesOfPieces& x0_;

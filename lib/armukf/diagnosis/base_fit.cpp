@@ -167,6 +167,15 @@ Model held_together(Model model) {
   return model;
 }
 
+bool has_slack_spring(const Model& model) {
+  constexpr double kSlack = 0.1;
+  return std::ranges::any_of(kSprings, [&](int i) {
+    const Parameter& spring = model.parameters[i];
+    return !spring.known &&
+           spring.value < kSlack * std::min(spring.scale, spring.lower / kLeastSpring);
+  });
+}
+
 void BaseFit::add(FittedModel fit) {
   mse.push_back(fit.mse);
   if (mse.size() == 1 || rank(fit) < rank(best)) best = std::move(fit);

@@ -74,6 +74,11 @@ Model softened(Model model);
 /// typical stiffness at least.
 Model held_together(Model model);
 
+/// Of a model that is held together, whether an unknown spring has lost nine tenths of its given
+/// and of its typical stiffness: what is missing, play most of all, has bent it to where no fit
+/// with an effect may lead back from.
+bool has_slack_spring(const Model& model);
+
 /// From the model's own values, from a soft and lightly damped arm, and from the frequency response
 /// of the longest piece. A minimum whose initial states no machine could have does not count.
 /// Throws InputError where that piece excites too little, or where no start can be simulated.

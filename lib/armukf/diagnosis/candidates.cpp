@@ -1,6 +1,9 @@
 #include "armukf/diagnosis/candidates.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <iterator>
@@ -155,27 +158,68 @@ Suggestion none_of(const Trial& trial, const ForesightFit& base) {
   return {0.0, 0.0, none, extended(base.x0, none)};
 }
 
+/// Two effects that hide each other on top of a base, with the sizes that a score test suggests.
+struct PairStart {
+  Trial trial;
+  Model model;
+  StatesOfPieces x0;
+  double gain;
+};
+
+/// The pair's trial has what frees parameters of the arm first, of which no other effect knows.
+std::optional<PairStart> pair_start(const MaskedPair& pair, const std::vector<Trial>& trials,
+                                    const ForesightFit& base) {
+  std::array trials_of_pair{&trials[pair.first], &trials[pair.second]};
+  std::span<const double> sizes(pair.sizes);
+  const std::size_t count = trials_of_pair[0]->sizes.size();
+  std::array sizes_of_pair{sizes.first(count), sizes.subspan(count)};
+  if (parameters_of(trials_of_pair[1]->model.effects.back().effect).empty()) {
+    std::swap(trials_of_pair[0], trials_of_pair[1]);
+    std::swap(sizes_of_pair[0], sizes_of_pair[1]);
+  }
+  std::optional<Trial> both = together(*trials_of_pair[0], *trials_of_pair[1]);
+  if (!both) return {};
+  PairStart start{std::move(*both), {}, {}, pair.gain};
+  start.model = with_values(start.trial.model, base.model);
+  start.x0 = extended(base.x0, start.model);
+  const auto set = [&](const std::vector<int>& positions, std::span<const double> values) {
+    for (std::size_t i = 0; i < positions.size(); ++i)
+      start.model.parameters[positions[i]].value = values[i];
+  };
+  set(start.trial.beside->sizes, sizes_of_pair[0]);
+  set(start.trial.sizes, sizes_of_pair[1]);
+  return start;
+}
+
+/// Where fits on top of bases begin, of single effects and of pairs.
+struct Starts {
+  std::vector<Start> single;
+  std::vector<PairStart> pairs;
+};
+
 /// Every trial on top of a base, and of each effect the most promising.
-std::vector<Start> starts_on(const std::vector<ForesightFit>& bases, std::size_t base,
-                             const std::vector<Gains>& gains, const std::vector<Trial>& trials,
-                             std::size_t of_each, const Thinned& records,
-                             const Propagation& propagation) {
+Starts starts_on(const std::vector<ForesightFit>& bases, std::size_t base,
+                 const std::vector<Gains>& gains, const std::vector<Trial>& trials,
+                 std::size_t of_each, const Thinned& records, const Propagation& propagation) {
   const ForesightFit& fit = bases[base];
   const AheadScore score(fit.model, fit.x0, records.pieces, propagation, gains);
-  std::vector<Suggestion> suggestions = score(trials);
-  std::vector<Start> starts;
-  starts.reserve(trials.size());
+  Scores scores = score(trials);
+  Starts starts;
+  starts.single.reserve(trials.size());
   for (std::size_t i = 0; i < trials.size(); ++i)
-    starts.push_back({&trials[i], base, std::move(suggestions[i])});
-  std::ranges::stable_sort(starts, std::greater{},
+    starts.single.push_back({&trials[i], base, std::move(scores.suggestions[i])});
+  std::ranges::stable_sort(starts.single, std::greater{},
                            [](const Start& s) { return s.suggestion.share; });
-  keep_first_of_each(starts, of_each, [](const Start& s) { return s.trial->effect; });
+  keep_first_of_each(starts.single, of_each, [](const Start& s) { return s.trial->effect; });
   // A law is linear in its sizes: where the step that is suggested goes too far, a fit goes the
   // right way from none of it.
   for (const Trial& trial : trials) {
     if (!is_learnt_law(trial.model.effects.back().effect)) continue;
-    starts.push_back({&trial, base, none_of(trial, fit)});
+    starts.single.push_back({&trial, base, none_of(trial, fit)});
   }
+  for (const MaskedPair& pair : scores.masked)
+    if (std::optional<PairStart> start = pair_start(pair, trials, fit))
+      starts.pairs.push_back(std::move(*start));
   return starts;
 }
 
@@ -186,21 +230,29 @@ double level_of(const ForesightFit& fit, const Thinned& records, const Propagati
       .level();
 }
 
+/// Fits that have only begun, and pairs that wait for theirs.
+struct BegunFits {
+  std::vector<Begun> single;  // most promising first
+  std::vector<PairStart> pairs;
+};
+
 /// Every effect from its most promising starts on each base; the best of each, most promising
 /// first. records: as they are begun with, thinned.
-std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
-                              const std::vector<ForesightFit>& bases, const Thinned& records,
-                              const Propagation& propagation, double density) {
+BegunFits begun_fits(const std::vector<Trial>& trials, const std::vector<ForesightFit>& bases,
+                     const Thinned& records, const Propagation& propagation, double density) {
   const Thinned first_parts{beginnings(records.pieces), records.times};
   const std::size_t of_each = std::max<std::size_t>(2, kStarts / bases.size());
   std::vector<BaseGains> gains(bases.size());
   for_each_job(static_cast<int>(bases.size()),
                [&](int i) { gains[i] = gains_on(bases[i], first_parts, propagation, density); });
   std::vector<Start> starts;
-  for (std::size_t base = 0; base < bases.size(); ++base)
-    for (Start& start :
-         starts_on(bases, base, gains[base].judging, trials, of_each, first_parts, propagation))
-      starts.push_back(std::move(start));
+  BegunFits all;
+  for (std::size_t base = 0; base < bases.size(); ++base) {
+    Starts on =
+        starts_on(bases, base, gains[base].judging, trials, of_each, first_parts, propagation);
+    std::ranges::move(on.single, std::back_inserter(starts));
+    std::ranges::move(on.pairs, std::back_inserter(all.pairs));
+  }
   const auto level_on = [&](std::size_t base, const ForesightFit& fit) {
     return begun_errors(fit, first_parts.pieces, propagation, gains[base].judging,
                         first_parts.times)
@@ -208,7 +260,8 @@ std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
   };
   std::vector<double> without(bases.size());
   for_each_job(static_cast<int>(bases.size()), [&](int i) { without[i] = level_on(i, bases[i]); });
-  std::vector<Begun> begun(starts.size());
+  std::vector<Begun>& begun = all.single;
+  begun.resize(starts.size());
   for_each_job(static_cast<int>(begun.size()), [&](int i) {
     const Trial& trial = *starts[i].trial;
     const std::size_t base = starts[i].base;
@@ -237,7 +290,7 @@ std::vector<Begun> begun_fits(const std::vector<Trial>& trials,
     begun[i].excess = begun[i].level - usual[begun[i].base];
   });
   keep_best(begun, kBegun);
-  return begun;
+  return all;
 }
 
 /// Every effect from its most promising starts on top of a base, however far that is from any
@@ -249,7 +302,7 @@ std::vector<Begun> followed_fits(const std::vector<Trial>& trials, const Foresig
   constexpr std::size_t kOfEach = 2;
   const BaseGains gains = gains_on(base, records, propagation, density);
   const std::vector<Start> starts =
-      starts_on({base}, 0, gains.judging, trials, kOfEach, records, propagation);
+      starts_on({base}, 0, gains.judging, trials, kOfEach, records, propagation).single;
   std::vector<Begun> begun(starts.size());
   for_each_job(static_cast<int>(begun.size()), [&](int i) {
     const Suggestion& from = starts[i].suggestion;
@@ -324,14 +377,18 @@ Explained best_of(std::vector<Halfway> halfway, const TraceRecords& records) {
                [&](int i) { found[i] = second_half(halfway[i].fit, records); });
   Explained* best = &found.front();
   for (Explained& other : found)
-    if (other.estimation.level() < best->estimation.level() - kBetterMinimum) best = &other;
+    if (rank(other, records) < rank(*best, records) - kBetterMinimum) best = &other;
   return std::move(*best);
 }
 
-/// Name of a shape of the newest effect that is at its lower bound; empty if none is.
-std::string shape_at_bound(const Model& model) {
+const EffectSlot& slot_of(const Model& model, const std::string& effect) {
+  return *std::ranges::find(model.effects, effect, &EffectSlot::name);
+}
+
+/// Name of a shape of an effect that is at its lower bound; empty if none is.
+std::string shape_at_bound(const Model& model, const std::string& effect) {
   constexpr double kClose = 0.01;
-  const EffectSlot& slot = model.effects.back();
+  const EffectSlot& slot = slot_of(model, effect);
   const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const Parameter& p = model.parameters[slot.first_parameter + i];
@@ -347,10 +404,16 @@ struct Chance {
   double p_value;
 };
 
+/// Of two effects that of the one that is the less sure.
 Chance chance_of(const Trial& trial, const Explained& now, const ForesightFit& fit,
                  const Looks& looks) {
-  const Distance from_none = distance_from_none(trial, now.fit.model, fit.model, fit.scatter);
-  return {from_none.squared, corrected(from_none.p_value(), trial.effect, looks)};
+  Distance from_none = distance_from_none(trial, now.fit.model, fit.model, fit.scatter);
+  if (trial.beside) {
+    const Distance of_other =
+        distance_from_none(swapped(trial), now.fit.model, fit.model, fit.scatter);
+    if (of_other.p_value() > from_none.p_value()) from_none = of_other;
+  }
+  return {from_none.squared, corrected(from_none.p_value(), trial, looks)};
 }
 
 /// What was found before, and how much less of it is told now that the newest effect is there.
@@ -398,10 +461,11 @@ void judge(const Explained& now, const TraceRecords& records, const Looks& looks
   const Chance chance = chance_of(refit.trial, now, fit, looks);
   evidence.statistic = chance.statistic;
   evidence.p_value = chance.p_value;
-  evidence.at_bound = shape_at_bound(fit.model);
+  evidence.at_bound = shape_at_bound(fit.model, refit.trial.effect);
+  if (evidence.at_bound.empty() && refit.trial.beside)
+    evidence.at_bound = shape_at_bound(fit.model, refit.trial.beside->effect);
   tell_blurred(now.fit.model, fit, evidence);
-  refit.parameters = static_cast<int>(fit.model.unknowns().size()) -
-                     static_cast<int>(now.fit.model.unknowns().size());
+  refit.parameters = fitted_values(fit.model, 1) - fitted_values(now.fit.model, 1);
   refit.refusal = refusal(evidence, acceptance);
   refit.shows_at = shows_at(evidence, acceptance);
 }
@@ -552,13 +616,20 @@ Distance distance_from_none(const Trial& trial, const Model& before, const Model
     none.push_back(was_known ? before.parameters[i].value : 0.0);
   }
   const Distance all_follow = distance(fit, scatter, trial.sizes, none);
-  std::vector<int> shapes = positions_of(fit.effects.back(), Role::kShape);
+  std::vector<int> shapes = positions_of(slot_of(fit, trial.effect), Role::kShape);
   std::erase_if(shapes, [&](int i) { return fit.parameters[i].known; });
   if (shapes.empty()) return all_follow;
   const Distance as_found = distance(fit, scatter, trial.sizes, none, shapes);
   Distance found = as_found.p_value() < all_follow.p_value() ? as_found : all_follow;
   found.looks = 2;
   return found;
+}
+
+double rank(const Explained& minimum, const TraceRecords& records) {
+  constexpr double kSlackPrice = 0.05;  // of the level
+  return minimum.estimation.level() +
+         (records.validation.empty() ? 0.0 : minimum.validation.level()) +
+         (has_slack_spring(minimum.fit.model) ? kSlackPrice : 0.0);
 }
 
 Explained explained(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
@@ -632,6 +703,13 @@ bool comes_first(const Refit& refit) {
          std::ranges::all_of(refit.evidence.witnesses, [](const Witness& w) {
            return w.guards || w.help(kMiddle) >= kMuchSoon;
          });
+}
+
+const Refit* best_pair(const std::vector<Refit>& pairs, const Refit* single,
+                       const TraceRecords& records, const AcceptanceSettings& acceptance) {
+  const Refit* best = best_found(pairs);
+  if (best == nullptr || single == nullptr) return best;
+  return surpasses(*best, *single, records, acceptance) ? best : nullptr;
 }
 
 const Refit* best_found(const std::vector<Refit>& refits) {
@@ -708,14 +786,40 @@ Contest judged_of(const std::vector<Begun>& begun, const Thinned& looked_at, Exp
   return result;
 }
 
+/// The pairs of most gain, fitted to the end and judged.
+std::vector<Refit> judged_pairs(std::vector<PairStart> starts, const Explained& now,
+                                const Looks& looks, const TraceRecords& records,
+                                const AcceptanceSettings& acceptance) {
+  constexpr std::size_t kPairs = 4;
+  std::ranges::stable_sort(starts, std::greater{}, &PairStart::gain);
+  keep_first_of_each(starts, 1, [](const PairStart& s) {
+    return fmt::format("{} {}", s.trial.beside->effect, s.trial.effect);
+  });
+  starts.resize(std::min(starts.size(), kPairs));
+  const Thinned looked_at = thinned(records.estimation);
+  std::vector<Refit> pairs(starts.size());
+  for_each_job(static_cast<int>(starts.size()), [&](int i) {
+    pairs[i] = ended(starts[i].trial,
+                     near_the_end(starts[i].model, starts[i].x0, now.fit.density, looked_at,
+                                  records.propagation),
+                     now, looks, records, acceptance);
+    judge(now, records, looks, acceptance, pairs[i]);
+  });
+  std::ranges::stable_sort(pairs, std::greater{},
+                           [](const Refit& r) { return r.merit(r.shows_at); });
+  return pairs;
+}
+
 }  // namespace
 
 Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
                 const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
                 const AcceptanceSettings& acceptance) {
   const Thinned looked_at = thinned(records.estimation);
-  return judged_of(begun_fits(trials, bases, looked_at, records.propagation, now.fit.density),
-                   looked_at, now, trials, looks, records, acceptance);
+  BegunFits begun = begun_fits(trials, bases, looked_at, records.propagation, now.fit.density);
+  Contest found = judged_of(begun.single, looked_at, now, trials, looks, records, acceptance);
+  found.pairs = judged_pairs(std::move(begun.pairs), now, looks, records, acceptance);
+  return found;
 }
 
 Contest contest_from(const Model& given, Explained& now, const std::vector<Trial>& trials,

@@ -20,13 +20,17 @@ struct Explained {
   ForesightErrors validation;  // 0 without a validation record
 };
 
+/// Of two minima of one model that of the lower rank counts: it foretells better what there is of
+/// records. Of two that foretell nearly alike it is the one without a slack spring.
+double rank(const Explained& minimum, const TraceRecords& records);
+
 /// From there on to the end of the fit, twice: the gains of the first are those of where it began.
 Explained explained(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
                     double density);
 
-/// The best of what fits end with: from there on, and from there with what the model shares with
-/// each base as it is there. A minimum without an effect may lead to a poor one with it. Halfway
-/// those that are far behind end.
+/// The one of lowest rank that fits end with: from there on, and from there with what the model
+/// shares with each base as it is there. A minimum without an effect may lead to a poor one with
+/// it. Halfway those that are far behind end.
 Explained best_explained(const ForesightFit& fit, const std::vector<ForesightFit>& bases,
                          const TraceRecords& records);
 
@@ -57,7 +61,7 @@ struct Refit {
   Trial trial;
   Explained explained;
   Evidence evidence;
-  int parameters = 1;         // that it adds to the unknowns
+  int parameters = 1;         // that it adds to what a fit to one piece finds
   std::string refusal;        // empty: it counts as found
   bool beyond_noise = false;  // found to be
   Horizon shows_at = kLast;
@@ -72,6 +76,12 @@ bool comes_first(const Refit& refit);
 
 /// What shows soon goes before what shows late, and of these the one of most merit.
 bool goes_before(const Refit& one, const Refit& other);
+
+/// Of effects that hide each other the pair that counts as found and that goes first, if it
+/// explains more than the effect that has been found alone, by the rules for an effect on top of
+/// none. single: that; null if there is none. Null if no pair does.
+const Refit* best_pair(const std::vector<Refit>& pairs, const Refit* single,
+                       const TraceRecords& records, const AcceptanceSettings& acceptance);
 
 /// The one that counts as found and that goes first; but what shows late and explains far more
 /// there goes before what shows soon and explains little. Null if nothing counts.
@@ -93,13 +103,15 @@ Refit refitted(const Trial& trial, const Model& from, const StatesOfPieces& x0,
 /// What a round has looked at.
 struct Contest {
   std::vector<Refit> refits;        // fitted to the end and judged, most promising first
+  std::vector<Refit> pairs;         // of effects that hide each other, likewise
   std::vector<std::string> others;  // effects that were only begun
 };
 
 /// Tries every effect that there is a trial of on top of each base, from where score tests suggest,
-/// a few iterations; goes on with the better ones, and judges the most promising. now: what is to
-/// be surpassed; it changes to a better minimum of the same model where the best effect has led to
-/// one. looks: all that p-values are to count.
+/// a few iterations; goes on with the better ones, and judges the most promising. So it does with
+/// pairs of effects that hide each other, as score tests tell. now: what is to be surpassed; it
+/// changes to a better minimum of the same model where the best effect has led to one. looks: all
+/// that p-values are to count.
 Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
                 const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
                 const AcceptanceSettings& acceptance);

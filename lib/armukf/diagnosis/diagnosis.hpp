@@ -25,6 +25,7 @@ struct Measures {
 /// An effect, fitted on top of the model of its round.
 struct Candidate {
   std::string effect;
+  std::string together_with;  // another one that was fitted at once; mostly empty
   int round = 0;
   /// By which the error of predictions falls where it falls most. Of one whose size may be chance
   /// the fit itself foretells, here and in the errors below: no blocks have been left out for it.

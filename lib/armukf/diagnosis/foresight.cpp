@@ -15,6 +15,7 @@
 #include "armukf/diagnosis/base_fit.hpp"
 #include "armukf/fit/covariance.hpp"
 #include "armukf/fit/dense.hpp"
+#include "armukf/model/cycles.hpp"
 
 namespace armukf {
 namespace {
@@ -279,6 +280,10 @@ WeightedInnovations weighted_innovations(const Model& model, const StatesOfPiece
     }
   }
   return all;
+}
+
+int fitted_values(const Model& model, std::size_t pieces) {
+  return static_cast<int>(model.unknowns().size() + pieces * cycles_of(model).size());
 }
 
 ForesightFit fit_foresight(const Model& model, const StatesOfPieces& x0,

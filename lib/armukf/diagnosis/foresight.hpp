@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <functional>
 #include <vector>
 
@@ -78,6 +79,10 @@ enum class Extent {
 
 /// Of a fit with its deviations: whether it is also to be fitted without each block.
 using WorthLeavingOut = std::function<bool(const ForesightFit&)>;
+
+/// How many values a fit of predictions finds: the unknowns, and of each of so many pieces where
+/// every angle and phase begins of which no record tells that (cycles_of).
+int fitted_values(const Model& model, std::size_t pieces);
 
 /// From the model's values and those initial states on (extended where the model has more).
 /// density: one of the three above. worth: asked of a fit that is to be judged; without it all are.

@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kNearlyAsGood = 0.8;    // of the merit: the record cannot tell the two apart
 constexpr double kNearlyAsLikely = 3.0;  // nats: the likelihoods differ by less than 20 to 1
+constexpr double kAThird = 0.33;         // of the merit: the likelihood may yet decide for it
 
 bool explains_nearly_as_much(const Refit& refit, const Refit& chosen) {
   const auto gain = [](const Refit& r) { return r.evidence.likelihood_gain; };
@@ -109,7 +110,6 @@ std::vector<std::string> rivals(const Refit& chosen, const std::vector<Refit>& r
 }
 
 std::vector<Refit> rivals_to_weigh(const Refit& chosen, const std::vector<Refit>& refits) {
-  constexpr double kAThird = 0.33;
   constexpr std::size_t kMost = 4;
   std::vector<Refit> rivals;
   if (chosen.evidence.likelihood_gain) return rivals;  // they have been weighed
@@ -121,6 +121,20 @@ std::vector<Refit> rivals_to_weigh(const Refit& chosen, const std::vector<Refit>
       continue;
     if (families.insert(family_of(refit.trial.effect)).second) rivals.push_back(refit);
     if (rivals.size() == kMost) break;
+  }
+  return rivals;
+}
+
+Rivals rivals_beside(const Refit& chosen, const std::vector<Refit>& pairs) {
+  Rivals rivals;
+  for (const Trial& its : {chosen.trial, swapped(chosen.trial)}) {
+    std::vector<Refit>& of_effect = rivals[its.effect];
+    for (Refit rival : pairs) {
+      if (rival.trial.effect == its.beside->effect) rival.trial = swapped(rival.trial);
+      if (rival.trial.beside->effect == its.beside->effect && rival.trial.effect != its.effect &&
+          rival.merit(chosen.shows_at) > kAThird * chosen.merit(chosen.shows_at))
+        of_effect.push_back(std::move(rival));
+    }
   }
   return rivals;
 }

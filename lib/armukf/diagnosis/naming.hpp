@@ -26,6 +26,10 @@ using Rivals = std::map<std::string, std::vector<Refit>>;
 /// Of a round: what explains at least a third as much as the chosen one. A learnt law is no name.
 std::vector<Refit> rivals_to_weigh(const Refit& chosen, const std::vector<Refit>& refits);
 
+/// The same of each of two effects that were found together: what was fitted beside the other one
+/// in its place.
+Rivals rivals_beside(const Refit& chosen, const std::vector<Refit>& pairs);
+
 /// What a round has chosen, by the name that is likeliest.
 struct Named {
   const Refit* refit;  // of those of the round

@@ -32,12 +32,18 @@ SearchTask task_of(const InitialChoice& initial, const std::vector<Record>& piec
 /// The rest of a model with an effect as it was fitted beside the one that is taken out.
 Model with_rival(Model rest, const Refit& rival) {
   const std::vector<int> shared = rest.unknowns();
+  const Model& fitted = rival.explained.fit.model;
   rest.add_effect(rival.trial.effect);
-  for (const int i : rest.unknowns()) {
+  for (const int i : rest.unknowns()) {  // of the arm those that the effect has set free
     if (std::ranges::find(shared, i) != shared.end()) continue;
     Parameter& p = rest.parameters[i];
-    p = rival.explained.fit.model.parameter(p.name);
+    p = fitted.parameter(p.name);
     p.known = false;
+  }
+  const EffectSlot& its = rest.effects.back();
+  for (int i = 0; i < its.parameter_count(); ++i) {  // a ratio that a trial has set free among them
+    Parameter& p = rest.parameters[its.first_parameter + i];
+    p = fitted.parameter(p.name);
   }
   return rest;
 }
@@ -65,6 +71,10 @@ bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
 
 bool NoiseCheck::hopeless(const AcceptanceSettings& settings) const {
   return correlation_ && *correlation_ > settings.hopeless_correlation;
+}
+
+double NoiseCheck::more_values(const Model& with, const Model& without) const {
+  return fitted_values(with, pieces_.size()) - fitted_values(without, pieces_.size());
 }
 
 double NoiseCheck::loss_without(const Model& with) const {
@@ -128,8 +138,10 @@ std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
   for_each_job(static_cast<int>(starts.size()),
                [&](int i) { losses[i] = likeliest_near_base(starts[i]).loss; });
   const double gain = base_->loss - *std::ranges::min_element(losses);
-  const double p = corrected(chi_square_tail(2.0 * std::max(0.0, gain), refit.parameters),
-                             refit.trial.effect, looks);
+  const double p =
+      corrected(chi_square_tail(2.0 * std::max(0.0, gain),
+                                more_values(refit.explained.fit.model, now_.fit.model)),
+                refit.trial, looks);
   if (p <= settings.most_p) return "";
   return fmt::format(
       "noise of torque and sensor explains as much: with it the log-likelihood is {:.1f} higher "
@@ -142,7 +154,7 @@ std::vector<NoiseCheck::Promise> NoiseCheck::promising(const std::vector<Trial>&
   constexpr double kWorthAFit = 0.1;  // p: a fit also finds the shape between the grid's points
   constexpr std::size_t kMost = 5;
   const AheadScore score(base_->model, base_->x0, pieces_, records_.propagation, base_->gains);
-  std::vector<Suggestion> suggestions = score(trials);
+  std::vector<Suggestion> suggestions = score(trials).suggestions;
   std::vector<Promise> promises;
   promises.reserve(trials.size());
   for (std::size_t i = 0; i < trials.size(); ++i) {
@@ -195,8 +207,7 @@ std::vector<Refit> NoiseCheck::likelier(const std::vector<Trial>& trials, const 
   for_each_job(static_cast<int>(promises.size()), [&](int i) {
     const Trial& trial = *promises[i].trial;
     FoundMinimum& found = all[i];
-    const auto more = static_cast<double>(found.model.unknowns().size()) -
-                      static_cast<double>(now_.fit.model.unknowns().size());
+    const double more = more_values(found.model, now_.fit.model);
     const auto p_of = [&](double gain) {
       return corrected(chi_square_tail(2.0 * std::max(0.0, gain), more), trial.effect, looks);
     };
@@ -215,8 +226,9 @@ std::vector<Refit> NoiseCheck::likelier(const std::vector<Trial>& trials, const 
   });
   // By the likelihood, with a price for each parameter: H. Akaike, "A new look at the statistical
   // model identification", IEEE Trans. Autom. Control 19, 1974.
-  std::ranges::stable_sort(refits, std::greater{}, [](const Refit& r) {
-    return std::tuple(r.refusal.empty(), *r.evidence.likelihood_gain - r.parameters);
+  std::ranges::stable_sort(refits, std::greater{}, [&](const Refit& r) {
+    return std::tuple(r.refusal.empty(), *r.evidence.likelihood_gain -
+                                             more_values(r.explained.fit.model, now_.fit.model));
   });
   for (std::size_t i = 1; i < refits.size(); ++i)
     if (refits[i].refusal.empty()) refits[i].refusal = "another makes the records likelier";
@@ -226,13 +238,12 @@ std::vector<Refit> NoiseCheck::likelier(const std::vector<Trial>& trials, const 
 std::vector<Stead> NoiseCheck::instead(const Model& rest, const std::vector<Refit>& rivals,
                                        const AcceptanceSettings& settings) {
   if (!noise_can_be_all(settings)) return {};
-  const auto unknowns = static_cast<double>(now_.fit.model.unknowns().size());
   const auto count = static_cast<int>(rivals.size());
   const std::vector<double> before = likelihoods_of_parts(*base_);
   std::vector<Stead> steads(rivals.size());
   for_each_job(count, [&](int i) {
     FoundMinimum found = likeliest_near_base(with_rival(rest, rivals[i]));
-    const double more = static_cast<double>(found.model.unknowns().size()) - unknowns;
+    const double more = more_values(found.model, now_.fit.model);
     std::vector<double> gains = likelihoods_of_parts(found);
     for (std::size_t part = 0; part < gains.size(); ++part)
       gains[part] -= before[part] + more / kScatterParts;
@@ -249,8 +260,8 @@ bool NoiseCheck::is_as_likely(const Model& rest, const AcceptanceSettings& setti
   Model with = now_.fit.model;
   const FoundMinimum without = likeliest_near_base(rest);
   const auto may_be_chance = [&](double loss) {
-    const auto more = static_cast<double>(with.unknowns().size() - rest.unknowns().size());
-    return chi_square_tail(2.0 * std::max(0.0, without.loss - loss), more) > settings.most_p;
+    return chi_square_tail(2.0 * std::max(0.0, without.loss - loss), more_values(with, rest)) >
+           settings.most_p;
   };
   if (!may_be_chance(base_->loss)) return false;
   for (const int i : rest.unknowns()) {  // once more from where the arm is likeliest without it

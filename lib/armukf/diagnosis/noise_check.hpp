@@ -19,7 +19,8 @@ struct Stead {
   const Refit* rival;
   Model model;
   StatesOfPieces x0;  // of the estimation pieces
-  double gain;  // of the log-likelihood one sample ahead, less one for each parameter it has more
+  double
+      gain;  // of the log-likelihood one sample ahead, less one for each value more that is fitted
   /// How sure that gain is by how it scatters: the mean of its sixteenths over its deviation. Holds
   /// whatever the noise is. Source: Q. H. Vuong, Econometrica 57, 1989.
   double steadiness;
@@ -89,6 +90,9 @@ class NoiseCheck {
   /// One per promise, also from where the likeliest of all has led the arm: no name loses for
   /// having ended in another minimum.
   std::vector<FoundMinimum> likeliest_of(const std::vector<Promise>& promises) const;
+
+  /// How many values more the likeliest fit of one model finds than that of another.
+  double more_values(const Model& with, const Model& without) const;
 
   /// -ln of the likelihood of the model as it stands, also from where a fit with an effect has led
   /// the arm: what that gained by leaving a poor minimum is not the effect's.

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <optional>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "armukf/batch/simulation.hpp"
@@ -112,10 +113,11 @@ double most_help(const Witness& witness) {
 /// What was judged later in a round.
 void add(Contest more, Contest& round) {
   std::ranges::move(more.refits, std::back_inserter(round.refits));
+  std::ranges::move(more.pairs, std::back_inserter(round.pairs));
   std::ranges::move(more.others, std::back_inserter(round.others));
 }
 
-/// The best of what a round has found that noise does not explain as well.
+/// The best of those that noise does not explain as well.
 const Refit* confirmed(std::vector<Refit>& refits, NoiseCheck& noise, const Looks& looks,
                        const AcceptanceSettings& settings) {
   for (;;) {
@@ -157,7 +159,8 @@ struct LookedAt {
 /// which tell what shows late; among what is tried last; and at the end by the likelihood alone.
 /// Goes on only while nothing counts as found, or what does shows late. Where the slow filter has
 /// told the effect before, it is asked first, and the fast one once more before nothing is found.
-/// If nothing is, all more common effects are tried once more from the given values of the arm.
+/// If nothing is, all more common effects are tried once more from the given values of the arm; at
+/// once where a spring has gone slack.
 LookedAt looked_for(const Round& round, Standing& standing) {
   const Suggested& suggested = round.suggested;
   const TraceRecords& records = round.records;
@@ -175,10 +178,19 @@ LookedAt looked_for(const Round& round, Standing& standing) {
   std::optional<NoiseCheck> noise;
   const auto best = [&] {
     if (!noise) noise.emplace(now, records, standing.noise_hopeless);
-    return confirmed(found.refits, *noise, looks, settings);
+    const Refit* single = confirmed(found.refits, *noise, looks, settings);
+    confirmed(found.pairs, *noise, looks, settings);
+    const Refit* pair = best_pair(found.pairs, single, records, settings);
+    return pair != nullptr ? pair : single;
   };
+  const auto from_given = [&] {
+    add(contest_from(round.given, now, names, looks, records, settings), found);
+  };
+  bool given_tried = false;
   const auto fast = [&] {
     add(contest(now, standing.bases, names, looks, records, settings), found);
+    given_tried = has_slack_spring(now.fit.model);
+    if (given_tried) from_given();
     noise.reset();  // it was another model's
     return best();
   };
@@ -206,30 +218,39 @@ LookedAt looked_for(const Round& round, Standing& standing) {
   std::vector<Trial> told = names;
   std::ranges::copy(last, std::back_inserter(told));
   std::erase_if(told, [](const Trial& trial) { return !likelihood_tells(trial); });
-  add({noise->likelier(told, looks, settings), {}}, found);
-  if (best() != nullptr) return all;
-  add(contest_from(round.given, now, names, looks, records, settings), found);
+  add({noise->likelier(told, looks, settings), {}, {}}, found);
+  if (best() != nullptr || given_tried) return all;
+  from_given();
   noise.reset();
   best();
   return all;
 }
 
+Candidate candidate_of(const Refit& refit, bool accepted, int round) {
+  Candidate candidate;
+  candidate.effect = refit.trial.effect;
+  candidate.round = round;
+  candidate.help_percent = 100.0 * most_help(refit.evidence.witnesses.front());
+  candidate.statistic = refit.evidence.statistic;
+  candidate.p_value = refit.evidence.p_value;
+  candidate.refitted_estimation = refit.explained.estimation.all[kMiddle];
+  candidate.refitted_validation = refit.explained.validation.all[kMiddle];
+  candidate.accepted = accepted;
+  candidate.refused_because = refit.refusal;
+  if (refit.refusal.empty() && !accepted) candidate.refused_because = "another explains more";
+  return candidate;
+}
+
 /// All that a round looked at, into the diagnosis.
 void note(const Contest& round, const Refit* chosen, int number,
           std::vector<Candidate>& candidates) {
-  for (const Refit& refit : round.refits) {
-    Candidate candidate;
-    candidate.effect = refit.trial.effect;
-    candidate.round = number;
-    candidate.help_percent = 100.0 * most_help(refit.evidence.witnesses.front());
-    candidate.statistic = refit.evidence.statistic;
-    candidate.p_value = refit.evidence.p_value;
-    candidate.refitted_estimation = refit.explained.estimation.all[kMiddle];
-    candidate.refitted_validation = refit.explained.validation.all[kMiddle];
-    candidate.accepted = &refit == chosen;
-    candidate.refused_because = refit.refusal;
-    if (refit.refusal.empty() && !candidate.accepted)
-      candidate.refused_because = "another explains more";
+  for (const Refit& refit : round.refits)
+    candidates.push_back(candidate_of(refit, &refit == chosen, number));
+  for (const Refit& pair : round.pairs) {
+    Candidate candidate = candidate_of(pair, &pair == chosen, number);
+    candidate.together_with = pair.trial.beside->effect;
+    candidates.push_back(candidate);
+    std::swap(candidate.effect, candidate.together_with);
     candidates.push_back(candidate);
   }
   std::set<std::string> told;
@@ -264,6 +285,8 @@ Standing with_effect(const Standing& before, const Named& chosen, const Completi
   const TraceRecords& records = completing.records;
   Standing with;
   with.held = before.held;
+  if (refit.trial.beside)
+    diagnosis.effects.push_back({refit.trial.beside->effect, refit.evidence.p_value, 0.0, {}});
   diagnosis.effects.push_back(
       {refit.trial.effect, refit.evidence.p_value, 0.0, chosen.confused_with});
   ForesightFit fit = absorbed(completing, refit.explained.fit, diagnosis, with.held);
@@ -275,7 +298,8 @@ Standing with_effect(const Standing& before, const Named& chosen, const Completi
       chosen.noise_hopeless &&
       with.now.estimation.level() > refit.explained.estimation.level() - kFarBetter;
   go_on_from_now(with, records);
-  diagnosis.effects.back().mse_reduction_percent = 100.0 * (1.0 - with.error / before.error);
+  for (FoundEffect& found : std::span(diagnosis.effects).last(refit.trial.beside ? 2 : 1))
+    found.mse_reduction_percent = 100.0 * (1.0 - with.error / before.error);
   return with;
 }
 
@@ -305,11 +329,14 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
                                                    records.estimation, records.propagation),
                                       records, settings, set_aside},
                                      standing);
-    const Refit* best = best_found(found.refits);
+    const Refit* single = best_found(found.refits);
+    const Refit* pair = best_pair(found.pairs, single, records, settings);
+    const Refit* best = pair != nullptr ? pair : single;
     Diagnosis completed = search.diagnosis;
     std::optional<Standing> rest;  // without the effect whose place another takes
-    const std::optional<Exchange> exchange =
-        exchanged(found.refits, best, looks, completing, completed.effects, standing.now);
+    std::optional<Exchange> exchange;
+    if (pair == nullptr)
+      exchange = exchanged(found.refits, best, looks, completing, completed.effects, standing.now);
     if (exchange) {
       rest = standing;
       rest->now.fit.model = exchange->without;
@@ -320,7 +347,8 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
       best = &found.refits.back();
     }
     if (best == nullptr) return note(found, nullptr, round, search.diagnosis.candidates);
-    const Named chosen = exchange ? Named{best, {}, {}, false}
+    const bool as_it_is = exchange || best == pair;
+    const Named chosen = as_it_is ? Named{best, {}, {}, false}
                                   : named(*best, found.refits, standing.now.fit.model,
                                           standing.held, records, settings);
     const std::string& effect = chosen.refit->trial.effect;
@@ -331,7 +359,8 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
         settings);
     if (!reason.empty()) {
       set_aside.insert(effect);
-      found.refits[chosen.refit - found.refits.data()].refusal = reason;
+      std::vector<Refit>& among = pair != nullptr ? found.pairs : found.refits;
+      among[chosen.refit - among.data()].refusal = reason;
       note(found, nullptr, round, search.diagnosis.candidates);
       continue;
     }
@@ -343,7 +372,12 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
     search.diagnosis = std::move(completed);
     standing = std::move(with);
     search.all_weighed = chosen.weighed && search.diagnosis.effects.size() == 1;
-    search.to_weigh[effect] = chosen.rivals;
+    if (pair != nullptr) {
+      for (auto& [of, rivals] : rivals_beside(*pair, found.pairs))
+        search.to_weigh[of] = std::move(rivals);
+    } else {
+      search.to_weigh[effect] = chosen.rivals;
+    }
   }
 }
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "armukf/batch/law_ranges.hpp"
 
@@ -113,9 +115,42 @@ std::vector<int> positions_of(const EffectSlot& slot, Role role) {
   return positions;
 }
 
+Trial swapped(Trial trial) {
+  std::swap(trial.effect, trial.beside->effect);
+  std::swap(trial.sizes, trial.beside->sizes);
+  return trial;
+}
+
+std::vector<int> add_effect_of(const Trial& trial, const std::vector<int>& sizes, Model& model) {
+  const EffectSlot& own = trial.model.effects.back();
+  const auto first_state = static_cast<int>(model.states.size());
+  const auto first_parameter = static_cast<int>(model.parameters.size());
+  for (int i = 0; i < own.state_count(); ++i)
+    model.states.push_back(trial.model.states[own.first_state + i]);
+  for (int i = 0; i < own.parameter_count(); ++i)
+    model.parameters.push_back(trial.model.parameters[own.first_parameter + i]);
+  model.effects.push_back({own.effect, own.number, first_state, first_parameter});
+  std::vector<int> there;
+  for (const int size : sizes)  // of the effect, or of the arm, where the effect frees it
+    there.push_back(size < own.first_parameter ? size
+                                               : size - own.first_parameter + first_parameter);
+  return there;
+}
+
+std::optional<Trial> together(const Trial& first, const Trial& second) {
+  if (!first.model.has_room_for(second.effect, 1)) return {};
+  Trial both = second;
+  both.model = first.model;
+  both.sizes = add_effect_of(second, second.sizes, both.model);
+  both.beside = {first.effect, first.sizes};
+  return both;
+}
+
 std::vector<Trial> trials_of(std::string_view effect, const Model& model,
                              const Suggested& suggested) {
-  Trial first{std::string(effect), model, {}};
+  Trial first;
+  first.effect = effect;
+  first.model = model;
   first.model.add_effect(effect);
   const EffectSlot& slot = first.model.effects.back();
   const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
@@ -176,6 +211,11 @@ Looks looks_of(const std::vector<Trial>& trials) {
 
 double corrected(double chance, const std::string& effect, const Looks& looks) {
   return std::min(1.0, chance * looks.at(effect) * static_cast<double>(looks.size()));
+}
+
+double corrected(double chance, const Trial& trial, const Looks& looks) {
+  const double alone = corrected(chance, trial.effect, looks);
+  return trial.beside ? corrected(alone, trial.beside->effect, looks) : alone;
 }
 
 }  // namespace armukf

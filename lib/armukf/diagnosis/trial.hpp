@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,13 +16,31 @@ namespace armukf {
 /// A candidate at one point of its grid: the model with the effect in it, its sizes at 0 and its
 /// shape as the grid has it.
 struct Trial {
+  /// Another effect that the model has got together with this one.
+  struct Beside {
+    std::string effect;
+    std::vector<int> sizes;
+  };
+
   std::string effect;  // its name in the catalogue
   Model model;
   std::vector<int> sizes;  // positions of the parameters that make it larger than nothing
   int cyclic_state = -1;   // of an effect that repeats with an angle, or has a phase: its position
   double harmonic = 1.0;   // 1/rad, how often with that angle
   double looks = 1.0;      // trials that were looked at for each one that is left, as this is
+  std::optional<Beside> beside;
 };
+
+/// The same with its two effects the other way round.
+Trial swapped(Trial trial);
+
+/// Puts a trial's effect, as its grid has it, on top of another model of the same arm; the
+/// positions there of those of its sizes.
+std::vector<int> add_effect_of(const Trial& trial, const std::vector<int>& sizes, Model& model);
+
+/// The second one, with the first beside it: both effects in one model. Nothing where it has no
+/// room for them.
+std::optional<Trial> together(const Trial& first, const Trial& second);
 
 /// Positions of an effect's parameters of that role.
 std::vector<int> positions_of(const EffectSlot& slot, Role role);
@@ -52,6 +71,9 @@ Looks looks_of(const std::vector<Trial>& trials);
 /// The chance of a result for all that was looked at: each effect has the same share in a wrong
 /// decision, and each of its trials the same share of that.
 double corrected(double chance, const std::string& effect, const Looks& looks);
+
+/// The same of a trial: of two effects at once every pair of trials counts.
+double corrected(double chance, const Trial& trial, const Looks& looks);
 
 /// Leaves of each effect the first so many, in their order; effect_of(one) tells whose it is.
 template <class T, class EffectOf>

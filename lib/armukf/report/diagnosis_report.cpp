@@ -136,6 +136,7 @@ Json effect_json(const FittedModel& fit, const FoundEffect& effect) {
 
 Json candidate_json(const Candidate& c) {
   Json json = named(c.effect);
+  if (!c.together_with.empty()) json["together_with"] = c.together_with;
   json["round"] = c.round;
   json["help_percent"] = c.help_percent;
   json["statistic"] = c.statistic;
@@ -216,8 +217,10 @@ std::string candidates_text(const Diagnosis& d) {
     shown = c.round == round ? shown + 1 : 0;
     round = c.round;
     if (shown >= kShown && !c.accepted) continue;
-    text += fmt::format("  {:<5} {:<24} {:>10.4g} {:>10.2g}  {}\n", c.round, c.effect, c.statistic,
-                        c.p_value, c.accepted ? "accepted" : c.refused_because);
+    text += fmt::format("  {:<5} {:<24} {:>10.4g} {:>10.2g}  {}{}\n", c.round, c.effect,
+                        c.statistic, c.p_value,
+                        c.together_with.empty() ? "" : fmt::format("with {}: ", c.together_with),
+                        c.accepted ? "accepted" : c.refused_because);
   }
   return text;
 }
