@@ -473,7 +473,8 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   const std::vector<std::string> there = more_left(simulated, records);
   std::ranges::copy(there, std::back_inserter(diagnosis.unexplained));
   diagnosis.consistency = consistency_of(now, records);
-  for (std::string& text : disagreements(diagnosis.consistency, now.fit.model))
+  const auto same_in_all = [&] { return one_for_all(now, model, records, settings.acceptance); };
+  for (std::string& text : disagreements(diagnosis.consistency, now.fit.model, same_in_all))
     diagnosis.unexplained.push_back(std::move(text));
   if (!diagnosis.effects.empty()) {
     diagnosis.verdict = Verdict::kFound;
