@@ -131,6 +131,7 @@ std::vector<int> add_effect_of(const Trial& trial, const std::vector<int>& sizes
     model.parameters.push_back(trial.model.parameters[own.first_parameter + i]);
   model.effects.push_back({own.effect, own.number, first_state, first_parameter});
   std::vector<int> there;
+  there.reserve(sizes.size());
   for (const int size : sizes)  // of the effect, or of the arm, where the effect frees it
     there.push_back(size < own.first_parameter ? size
                                                : size - own.first_parameter + first_parameter);
