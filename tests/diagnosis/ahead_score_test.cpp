@@ -38,7 +38,7 @@ class AheadScoreOfAnOffset : public ::testing::Test {
 };
 
 TEST_F(AheadScoreOfAnOffset, SuggestsItsSize) {
-  const std::vector<Suggestion> found = score()(trials_of("torque_bias", base_, {})).suggestions;
+  const std::vector<Suggestion> found = score()(trials_of("torque_bias", base_, {}));
   ASSERT_EQ(found.size(), 1U);
   EXPECT_NEAR(found[0].model.parameter("torque_bias").value, kOffset, 0.2 * kOffset);
   EXPECT_GT(found[0].share, 0.01);
@@ -50,11 +50,11 @@ TEST_F(AheadScoreOfAnOffset, OfATrialIsTheSameWhateverIsScoredWithIt) {
   for (Trial& law : last_trials_for(base_, suggested, pieces_, {}))
     trials.push_back(std::move(law));
   const Crew crew(2);
-  const std::vector<Suggestion> together = score()(trials).suggestions;
+  const std::vector<Suggestion> together = score()(trials);
   ASSERT_EQ(together.size(), trials.size());
   int told = 0;  // others would have to be less than nothing
   for (std::size_t i = 0; i < trials.size(); ++i) {
-    const Suggestion alone = score()({trials[i]}).suggestions.front();
+    const Suggestion alone = score()({trials[i]}).front();
     // Effects of no size add zeros to the arm's torques: only roundings differ.
     told += alone.share > 1e-4 ? 1 : 0;
     EXPECT_NEAR(together[i].share, alone.share, 1e-9) << trials[i].effect;

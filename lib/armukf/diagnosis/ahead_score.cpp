@@ -100,12 +100,13 @@ AheadScore::AheadScore(const Model& base, const StatesOfPieces& x0,
   error_ = own.error - explained_ * (explained_.transpose() * own.error);
 }
 
-Scores AheadScore::operator()(const std::vector<Trial>& trials) const {
+std::vector<Suggestion> AheadScore::operator()(const std::vector<Trial>& trials) const {
+  return suggestions(trials, columns_of_all(trials));
+}
+
+Scores AheadScore::with_pairs(const std::vector<Trial>& trials) const {
   const std::vector<Columns> columns = columns_of_all(trials);
-  Scores scores;
-  scores.suggestions.reserve(trials.size());
-  for (std::size_t i = 0; i < trials.size(); ++i)
-    scores.suggestions.push_back(suggestion(trials[i], columns[i]));
+  Scores scores{suggestions(trials, columns), {}};
   scores.masked = masked(trials, scores.suggestions, columns);
   return scores;
 }
@@ -133,6 +134,14 @@ std::vector<AheadScore::Columns> AheadScore::columns_of_all(
 }
 
 double AheadScore::gain_of(double share) const { return -0.5 * counted_ * std::log1p(-share); }
+
+std::vector<Suggestion> AheadScore::suggestions(const std::vector<Trial>& trials,
+                                                const std::vector<Columns>& columns) const {
+  std::vector<Suggestion> all(trials.size());
+  for_each_job(static_cast<int>(all.size()),
+               [&](int i) { all[i] = suggestion(trials[i], columns[i]); });
+  return all;
+}
 
 Suggestion AheadScore::suggestion(const Trial& trial, const Columns& columns) const {
   Suggestion result;

@@ -46,8 +46,12 @@ class AheadScore {
   AheadScore(const Model& base, const StatesOfPieces& x0, const std::vector<Record>& pieces,
              const Propagation& propagation, std::vector<Gains> gains);
 
-  /// trials: of the base's model or of one with the same parameters, all of the same.
-  Scores operator()(const std::vector<Trial>& trials) const;
+  /// One per trial. trials: of the base's model or of one with the same parameters, all of the
+  /// same.
+  std::vector<Suggestion> operator()(const std::vector<Trial>& trials) const;
+
+  /// The same, and of every two effects the pairs that hide each other.
+  Scores with_pairs(const std::vector<Trial>& trials) const;
 
  private:
   /// A trial's derivatives of the innovations by its sizes, where it has none, over their
@@ -55,6 +59,9 @@ class AheadScore {
   using Columns = Eigen::MatrixXd;
 
   std::vector<Columns> columns_of_all(const std::vector<Trial>& trials) const;
+
+  std::vector<Suggestion> suggestions(const std::vector<Trial>& trials,
+                                      const std::vector<Columns>& columns) const;
 
   /// columns: of a cyclic effect those of where it begins at 0, and a quarter of a period later.
   Suggestion suggestion(const Trial& trial, const Columns& columns) const;

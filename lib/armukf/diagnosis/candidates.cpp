@@ -203,7 +203,7 @@ Starts starts_on(const std::vector<ForesightFit>& bases, std::size_t base,
                  std::size_t of_each, const Thinned& records, const Propagation& propagation) {
   const ForesightFit& fit = bases[base];
   const AheadScore score(fit.model, fit.x0, records.pieces, propagation, gains);
-  Scores scores = score(trials);
+  Scores scores = score.with_pairs(trials);
   Starts starts;
   starts.single.reserve(trials.size());
   for (std::size_t i = 0; i < trials.size(); ++i)
@@ -379,10 +379,6 @@ Explained best_of(std::vector<Halfway> halfway, const TraceRecords& records) {
   for (Explained& other : found)
     if (rank(other, records) < rank(*best, records) - kBetterMinimum) best = &other;
   return std::move(*best);
-}
-
-const EffectSlot& slot_of(const Model& model, const std::string& effect) {
-  return *std::ranges::find(model.effects, effect, &EffectSlot::name);
 }
 
 /// Name of a shape of an effect that is at its lower bound; empty if none is.

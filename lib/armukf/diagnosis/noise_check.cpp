@@ -31,19 +31,14 @@ SearchTask task_of(const InitialChoice& initial, const std::vector<Record>& piec
 
 /// The rest of a model with an effect as it was fitted beside the one that is taken out.
 Model with_rival(Model rest, const Refit& rival) {
-  const std::vector<int> shared = rest.unknowns();
-  const Model& fitted = rival.explained.fit.model;
+  const std::vector<Parameter> before = rest.parameters;
   rest.add_effect(rival.trial.effect);
-  for (const int i : rest.unknowns()) {  // of the arm those that the effect has set free
-    if (std::ranges::find(shared, i) != shared.end()) continue;
+  for (std::size_t i = 0; i < rest.parameters.size(); ++i) {
     Parameter& p = rest.parameters[i];
-    p = fitted.parameter(p.name);
-    p.known = false;
-  }
-  const EffectSlot& its = rest.effects.back();
-  for (int i = 0; i < its.parameter_count(); ++i) {  // a ratio that a trial has set free among them
-    Parameter& p = rest.parameters[its.first_parameter + i];
-    p = fitted.parameter(p.name);
+    const bool set_free = i < before.size() && before[i].known && !p.known;
+    if (i < before.size() && !set_free) continue;
+    p = rival.explained.fit.model.parameter(p.name);  // of the effect as a trial has set it free
+    if (set_free) p.known = false;
   }
   return rest;
 }
@@ -154,7 +149,7 @@ std::vector<NoiseCheck::Promise> NoiseCheck::promising(const std::vector<Trial>&
   constexpr double kWorthAFit = 0.1;  // p: a fit also finds the shape between the grid's points
   constexpr std::size_t kMost = 5;
   const AheadScore score(base_->model, base_->x0, pieces_, records_.propagation, base_->gains);
-  std::vector<Suggestion> suggestions = score(trials).suggestions;
+  std::vector<Suggestion> suggestions = score(trials);
   std::vector<Promise> promises;
   promises.reserve(trials.size());
   for (std::size_t i = 0; i < trials.size(); ++i) {

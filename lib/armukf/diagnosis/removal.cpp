@@ -74,13 +74,11 @@ void take_out(std::size_t place, const std::string& reason, const Model& base, D
 ForesightFit absorbed(const Completing& completing, ForesightFit fit, Diagnosis& diagnosis,
                       Held& held) {
   const std::string law = diagnosis.effects.back().effect;
-  const auto slot_of = [&](const std::string& effect) {
-    return *std::ranges::find(fit.model.effects, effect, &EffectSlot::name);
-  };
-  if (!is_learnt_law(slot_of(law).effect)) return fit;
+  if (!is_learnt_law(slot_of(fit.model, law).effect)) return fit;
   for (std::size_t i = 0; i + 1 < diagnosis.effects.size();) {
-    const std::vector<int> sizes = positions_of(slot_of(law), Role::kSize);
-    const std::vector<int> its = positions_of(slot_of(diagnosis.effects[i].effect), Role::kSize);
+    const std::vector<int> sizes = positions_of(slot_of(fit.model, law), Role::kSize);
+    const std::vector<int> its =
+        positions_of(slot_of(fit.model, diagnosis.effects[i].effect), Role::kSize);
     const std::optional<Eigen::MatrixXd> shares = stand_in(fit.model, fit.scatter, its, sizes);
     if (!shares) {
       ++i;

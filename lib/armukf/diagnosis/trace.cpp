@@ -117,16 +117,24 @@ void add(Contest more, Contest& round) {
   std::ranges::move(more.others, std::back_inserter(round.others));
 }
 
-/// The best of those that noise does not explain as well.
-const Refit* confirmed(std::vector<Refit>& refits, NoiseCheck& noise, const Looks& looks,
-                       const AcceptanceSettings& settings) {
+/// Refuses what noise explains as well, until the best of them is beyond that.
+void confirm(std::vector<Refit>& refits, NoiseCheck& noise, const Looks& looks,
+             const AcceptanceSettings& settings) {
   for (;;) {
     const Refit* best = best_found(refits);
-    if (best == nullptr || best->beyond_noise) return best;
+    if (best == nullptr || best->beyond_noise) return;
     Refit& judged = refits[best - refits.data()];
     judged.refusal = noise.refusal(judged, looks, settings);
     judged.beyond_noise = judged.refusal.empty();
   }
+}
+
+/// The best of what a round has found, of single effects and of pairs.
+const Refit* best_of(const Contest& round, const TraceRecords& records,
+                     const AcceptanceSettings& settings) {
+  const Refit* single = best_found(round.refits);
+  const Refit* pair = best_pair(round.pairs, single, records, settings);
+  return pair != nullptr ? pair : single;
 }
 
 /// The model as far as it has been completed.
@@ -178,10 +186,9 @@ LookedAt looked_for(const Round& round, Standing& standing) {
   std::optional<NoiseCheck> noise;
   const auto best = [&] {
     if (!noise) noise.emplace(now, records, standing.noise_hopeless);
-    const Refit* single = confirmed(found.refits, *noise, looks, settings);
-    confirmed(found.pairs, *noise, looks, settings);
-    const Refit* pair = best_pair(found.pairs, single, records, settings);
-    return pair != nullptr ? pair : single;
+    confirm(found.refits, *noise, looks, settings);
+    confirm(found.pairs, *noise, looks, settings);
+    return best_of(found, records, settings);
   };
   const auto from_given = [&] {
     add(contest_from(round.given, now, names, looks, records, settings), found);
@@ -329,13 +336,12 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
                                                    records.estimation, records.propagation),
                                       records, settings, set_aside},
                                      standing);
-    const Refit* single = best_found(found.refits);
-    const Refit* pair = best_pair(found.pairs, single, records, settings);
-    const Refit* best = pair != nullptr ? pair : single;
+    const Refit* best = best_of(found, records, settings);
+    const bool is_pair = best != nullptr && best->trial.beside;
     Diagnosis completed = search.diagnosis;
     std::optional<Standing> rest;  // without the effect whose place another takes
     std::optional<Exchange> exchange;
-    if (pair == nullptr)
+    if (!is_pair)
       exchange = exchanged(found.refits, best, looks, completing, completed.effects, standing.now);
     if (exchange) {
       rest = standing;
@@ -347,10 +353,9 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
       best = &found.refits.back();
     }
     if (best == nullptr) return note(found, nullptr, round, search.diagnosis.candidates);
-    const bool as_it_is = exchange || best == pair;
-    const Named chosen = as_it_is ? Named{best, {}, {}, false}
-                                  : named(*best, found.refits, standing.now.fit.model,
-                                          standing.held, records, settings);
+    const Named chosen = exchange || is_pair ? Named{best, {}, {}, false}
+                                             : named(*best, found.refits, standing.now.fit.model,
+                                                     standing.held, records, settings);
     const std::string& effect = chosen.refit->trial.effect;
     Standing with = with_effect(rest ? *rest : standing, chosen, completing, first, completed);
     const std::string reason = against_simulation(
@@ -359,7 +364,7 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
         settings);
     if (!reason.empty()) {
       set_aside.insert(effect);
-      std::vector<Refit>& among = pair != nullptr ? found.pairs : found.refits;
+      std::vector<Refit>& among = is_pair ? found.pairs : found.refits;
       among[chosen.refit - among.data()].refusal = reason;
       note(found, nullptr, round, search.diagnosis.candidates);
       continue;
@@ -372,8 +377,8 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
     search.diagnosis = std::move(completed);
     standing = std::move(with);
     search.all_weighed = chosen.weighed && search.diagnosis.effects.size() == 1;
-    if (pair != nullptr) {
-      for (auto& [of, rivals] : rivals_beside(*pair, found.pairs))
+    if (is_pair) {
+      for (auto& [of, rivals] : rivals_beside(*chosen.refit, found.pairs))
         search.to_weigh[of] = std::move(rivals);
     } else {
       search.to_weigh[effect] = chosen.rivals;

@@ -107,6 +107,10 @@ std::string one_more(std::string_view effect, const Model& model) {
 
 }  // namespace
 
+const EffectSlot& slot_of(const Model& model, const std::string& effect) {
+  return *std::ranges::find(model.effects, effect, &EffectSlot::name);
+}
+
 std::vector<int> positions_of(const EffectSlot& slot, Role role) {
   const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
   std::vector<int> positions;
@@ -139,7 +143,7 @@ std::vector<int> add_effect_of(const Trial& trial, const std::vector<int>& sizes
 }
 
 std::optional<Trial> together(const Trial& first, const Trial& second) {
-  if (!first.model.has_room_for(second.effect, 1)) return {};
+  if (!first.model.has_room_for(second.effect)) return {};
   Trial both = second;
   both.model = first.model;
   both.sizes = add_effect_of(second, second.sizes, both.model);

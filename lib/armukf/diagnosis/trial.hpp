@@ -42,6 +42,9 @@ std::vector<int> add_effect_of(const Trial& trial, const std::vector<int>& sizes
 /// room for them.
 std::optional<Trial> together(const Trial& first, const Trial& second);
 
+/// Of an effect that the model has.
+const EffectSlot& slot_of(const Model& model, const std::string& effect);
+
 /// Positions of an effect's parameters of that role.
 std::vector<int> positions_of(const EffectSlot& slot, Role role);
 
