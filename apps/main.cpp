@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <glog/logging.h>
+#include <malloc.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -83,6 +84,15 @@ int complain(std::string message, int status) {
   return status;
 }
 
+/// Fits take and give back matrices of megabytes at every step: what is given back stays at hand,
+/// or the system would have to clear it page by page each time.
+void keep_freed_memory() {
+  constexpr int kMostKept = 1 << 29;  // bytes, at the end of what is in use
+  constexpr int kApart = 1 << 28;     // bytes, of what is never kept
+  mallopt(M_TRIM_THRESHOLD, kMostKept);
+  mallopt(M_MMAP_THRESHOLD, kApart);
+}
+
 int run(const std::vector<std::string>& words) {
   CLI::App program("Recursive estimate of the states and parameters of a flexible robot arm.",
                    "armukf");
@@ -110,5 +120,6 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // a reader that leaves shows as a failed write
   // A step that Ceres cannot solve for is shortened; its warnings would stand among our own.
   FLAGS_minloglevel = google::GLOG_FATAL;
+  armukf::apps::keep_freed_memory();
   return armukf::apps::run(armukf::apps::with_joined_starts({argv + 1, argv + argc}));
 }

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <vector>
 
 #include "armukf/core/parallel.hpp"
 
@@ -57,6 +59,23 @@ TEST(NoiseSearch, EndsWhereAStepBringsNothing) {
   NoiseSearch search(least, [&](const FilterNoise& n) { return ++calls, valley(n, least); });
   search.polish(100);
   EXPECT_LT(calls, 20);
+}
+
+/// Of white torque a third of the places about one are the same.
+TEST(NoiseSearch, AsksForNoNoiseTwiceInAStep) {
+  std::vector<FilterNoise> asked;
+  const FilterNoise least{0.2, 0.5, 0.0, true};
+  NoiseSearch search(
+      {0.25, 0.45, 0.0, true},
+      [&](const FilterNoise& n) { return asked.push_back(n), valley(n, least); },
+      TorqueNoise::kWhite);
+  asked.clear();  // the first is asked for again, in the middle of the step
+  search.polish(1);
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    EXPECT_EQ(asked[i].torque_pole, 0.0);
+    EXPECT_EQ(std::ranges::count(asked, asked[i]), 1);
+  }
+  EXPECT_NEAR(search.best().sensor_pole, 0.5, 0.01);
 }
 
 }  // namespace

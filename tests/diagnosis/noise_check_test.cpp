@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -42,6 +44,36 @@ TEST(NoiseCheck, LeavesASlowEffectThatHardlyShowsOneSampleAhead) {
 TEST(NoiseCheck, SaysNothingWhereNoiseCannotBeAll) {
   const Model truth = published_with("input_delay", 4e-3);
   EXPECT_EQ(refusal(records_of(truth), "torque_bias", 0.01), "");
+}
+
+/// What is known of nearly the same model shortens the search, and ends where that does.
+TEST(NoiseCheck, GoesOnFromNoiseThatIsKnown) {
+  const Explained now = standing_at(published_arm());
+  const TraceRecords records = records_of(published_estimate());
+  NoiseCheck check(now, records);
+  EXPECT_FALSE(check.known({}).likeliest);  // nothing has been asked
+  ASSERT_TRUE(check.noise_can_be_all({}));
+  const std::optional<FilterNoise> found = check.known({}).likeliest;
+  ASSERT_TRUE(found);
+  FilterNoise beside = *found;
+  beside.density *= 1.5;
+  beside.motor_alone = !found->motor_alone;
+  for (const FilterNoise& near : {*found, beside}) {
+    NoiseCheck again(now, records, {near});
+    EXPECT_TRUE(again.noise_can_be_all({}));
+    EXPECT_NEAR(std::log(again.known({}).likeliest->density), std::log(found->density), 0.2);
+  }
+  NoiseCheck none(now, records, {{}, true});
+  EXPECT_FALSE(none.noise_can_be_all({}));
+  EXPECT_TRUE(none.known({}).hopeless);
+}
+
+TEST(NoiseCheck, KnowsNoLikeliestNoiseWhereItCannotBeAll) {
+  const Explained now = standing_at(published_arm());
+  const TraceRecords records = records_of(published_with("input_delay", 4e-3));
+  NoiseCheck check(now, records, {FilterNoise{0.01}});
+  EXPECT_FALSE(check.noise_can_be_all({}));
+  EXPECT_FALSE(check.known({}).likeliest);
 }
 
 /// What another effect in the stead of the model's own makes of the likelihood, and how sure that

@@ -49,6 +49,8 @@ struct FilterNoise {
   double sensor_pole = 0.0;
   double torque_pole = 0.0;
   bool motor_alone = false;
+
+  bool operator==(const FilterNoise&) const = default;
 };
 
 /// None for each of so many records: what goes with a plain simulation and its derivatives.

@@ -86,7 +86,15 @@ void NoiseSearch::polish(int most_steps) {
 
 std::vector<double> NoiseSearch::keep(const std::vector<FilterNoise>& noises) {
   std::vector<double> losses(noises.size());
-  for_each_job(static_cast<int>(noises.size()), [&](int i) { losses[i] = loss_(noises[i]); });
+  // Of a torque that is white two noises may be the same.
+  const auto first_alike = [&](int i) {
+    return std::ranges::find(noises, noises[i]) - noises.begin();
+  };
+  const auto count = static_cast<int>(noises.size());
+  for_each_job(count, [&](int i) {
+    if (first_alike(i) == i) losses[i] = loss_(noises[i]);
+  });
+  for (int i = 0; i < count; ++i) losses[i] = losses[first_alike(i)];
   const auto least = std::ranges::min_element(losses);
   if (*least < best_loss_) {
     best_loss_ = *least;

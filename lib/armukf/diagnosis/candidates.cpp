@@ -773,8 +773,10 @@ Contest judged_of(const std::vector<Begun>& begun, const Thinned& looked_at, Exp
     for (const Begun& b : waiting) judged[b.trial->effect] = false;
   }
   constexpr int kMinima = 3;
+  const double level_before = now.estimation.level();
   for (int i = 0; i < kMinima && improve(now, result.refits, records); ++i)
     judge_all(now, records, looks, acceptance, result.refits);
+  result.better_minimum = now.estimation.level() < level_before;
   follow_best(now, trials, records, looks, acceptance, result.refits);
   for (const Refit& refit : result.refits) judged[refit.trial.effect] = true;
   for (const auto& [effect, count] : looks_of(trials))

@@ -105,6 +105,7 @@ struct Contest {
   std::vector<Refit> refits;        // fitted to the end and judged, most promising first
   std::vector<Refit> pairs;         // of effects that hide each other, likewise
   std::vector<std::string> others;  // effects that were only begun
+  bool better_minimum = false;      // of the model without them was come upon
 };
 
 /// Tries every effect that there is a trial of on top of each base, from where score tests suggest,

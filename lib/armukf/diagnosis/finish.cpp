@@ -16,7 +16,6 @@
 #include "armukf/batch/simulation.hpp"
 #include "armukf/core/parallel.hpp"
 #include "armukf/core/statistics.hpp"
-#include "armukf/diagnosis/noise_check.hpp"
 #include "armukf/diagnosis/trial.hpp"
 #include "armukf/fit/dense.hpp"
 
@@ -217,10 +216,11 @@ struct Dispensable {
 /// arm from that at the gear and from what damps its spring.
 std::optional<Dispensable> none_of_these(const Completing& completing, const Diagnosis& diagnosis,
                                          const Explained& now, const Held& held,
-                                         const Simulated& without_any, const Simulated& completed) {
+                                         const KnownNoise& known, const Simulated& without_any,
+                                         const Simulated& completed) {
   const std::vector<EffectSlot>& effects = completed.estimation.model.effects;
   const Explained all = set_free(now, held);
-  NoiseCheck noise(all, completing.records);
+  NoiseCheck noise(all, completing.records, known);
   const auto is_noise = [&](const std::string& effect) {
     return diagnosis.effects.size() > 1 &&  // one alone was judged so when it was found
            noise.is_as_likely(without(all.fit.model, completing.base, effect, diagnosis.effects),
@@ -293,7 +293,7 @@ double error_so_far(const Explained& now, const TraceRecords& records) {
 
 Finished finished(const Completing& completing, const Simulated& without_any,
                   const std::vector<double>& errors, Diagnosis& diagnosis, Explained& now,
-                  Held& held) {
+                  Held& held, const KnownNoise& noise) {
   const TraceRecords& records = completing.records;
   std::vector<std::string> none_of;
   const auto go_on_without = [&](std::size_t place, Explained rest, const std::string& reason) {
@@ -303,7 +303,8 @@ Finished finished(const Completing& completing, const Simulated& without_any,
   while (!diagnosis.effects.empty()) {
     Simulated simulated{refined(now, held, records), {}};
     simulated.validation = judged(simulated.estimation, records);
-    if (auto none = none_of_these(completing, diagnosis, now, held, without_any, simulated)) {
+    if (auto none =
+            none_of_these(completing, diagnosis, now, held, noise, without_any, simulated)) {
       none_of.push_back(diagnosis.effects[none->place].effect);
       go_on_without(none->place, std::move(none->rest),
                     "the completed model has none of it beyond its deviation");

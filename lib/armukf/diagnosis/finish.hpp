@@ -8,6 +8,7 @@
 #include "armukf/diagnosis/candidates.hpp"
 #include "armukf/diagnosis/completion.hpp"
 #include "armukf/diagnosis/diagnosis.hpp"
+#include "armukf/diagnosis/noise_check.hpp"
 #include "armukf/diagnosis/removal.hpp"
 #include "armukf/diagnosis/trace_records.hpp"
 #include "armukf/model/model.hpp"
@@ -57,9 +58,10 @@ double error_so_far(const Explained& now, const TraceRecords& records);
 /// came out far better on what judges, the effects follow something that the catalogue does not
 /// have, and would lead the model astray on other records: that goes without which the others err
 /// least, until that is over or none is left. errors: (rad/s)^2, the least one there of models with
-/// none of the effects, with one, with two ...; without_any: the model without.
+/// none of the effects, with one, with two ...; without_any: the model without;
+/// noise: of nearly the model as it is now.
 Finished finished(const Completing& completing, const Simulated& without_any,
                   const std::vector<double>& errors, Diagnosis& diagnosis, Explained& now,
-                  Held& held);
+                  Held& held, const KnownNoise& noise = {});
 
 }  // namespace armukf

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "armukf/diagnosis/finish.hpp"
-#include "armukf/diagnosis/noise_check.hpp"
 
 namespace armukf {
 namespace {
@@ -147,7 +146,7 @@ Named named(const Refit& chosen, std::vector<Refit>& refits, const Model& before
   NoiseCheck noise(with, records);
   const std::vector<Stead> steads = noise.instead(set_free(before, held), others, settings);
   if (steads.empty())
-    return {&chosen, rivals(chosen, refits), others, false, noise.hopeless(settings)};
+    return {&chosen, rivals(chosen, refits), others, false, noise.known(settings)};
   const Refit* best = &chosen;
   const Stead& likeliest = steads.front();
   if (is_likelier(likeliest) && likeliest.rival->refusal.empty() &&
@@ -159,24 +158,24 @@ Named named(const Refit& chosen, std::vector<Refit>& refits, const Model& before
     refits[&chosen - refits.data()].refusal = likelier_than(*best);
   }
   return {best, nearly_as_likely(best->trial.effect, chosen.trial.effect, steads),
-          rivals_to_weigh(*best, refits), true};
+          rivals_to_weigh(*best, refits), true, noise.known(settings)};
 }
 
 void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& records,
                  const AcceptanceSettings& settings, Diagnosis& diagnosis, Explained& now,
-                 Held& held) {
+                 Held& held, const KnownNoise& noise) {
   Explained all;  // what the check looks at, until a name is replaced
-  std::optional<NoiseCheck> noise;
+  std::optional<NoiseCheck> check;
   for (FoundEffect& found : diagnosis.effects) {
-    if (!noise) {
+    if (!check) {
       all = set_free(now, held);
-      noise.emplace(all, records);
+      check.emplace(all, records, noise);
     }
     const Model rest = without(all.fit.model, base, found.effect, diagnosis.effects);
     std::vector<Refit> others = rivals.at(found.effect);
     std::erase_if(others, [&](const Refit& r) { return rest.has_effect(r.trial.effect); });
     if (others.empty()) continue;
-    const std::vector<Stead> steads = noise->instead(rest, others, settings);
+    const std::vector<Stead> steads = check->instead(rest, others, settings);
     if (steads.empty()) return;
     const std::string name = found.effect;
     const Stead& likeliest = steads.front();
@@ -192,7 +191,7 @@ void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& re
         now = std::move(then);
         held = std::move(held_then);
         rename(*likeliest.rival, found, diagnosis.candidates);
-        noise.reset();
+        check.reset();
       }
     }
     found.confused_with = nearly_as_likely(found.effect, name, steads);

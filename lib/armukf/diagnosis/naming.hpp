@@ -8,6 +8,7 @@
 #include "armukf/diagnosis/candidates.hpp"
 #include "armukf/diagnosis/completion.hpp"
 #include "armukf/diagnosis/diagnosis.hpp"
+#include "armukf/diagnosis/noise_check.hpp"
 #include "armukf/diagnosis/trace_records.hpp"
 
 /// Which of several names an effect has.
@@ -34,9 +35,9 @@ Rivals rivals_beside(const Refit& chosen, const std::vector<Refit>& pairs);
 struct Named {
   const Refit* refit;  // of those of the round
   std::vector<std::string> confused_with;
-  std::vector<Refit> rivals;    // to be weighed beside it
-  bool weighed;                 // the likelihood has judged
-  bool noise_hopeless = false;  // noise explains far too little of what is left with it
+  std::vector<Refit> rivals;  // to be weighed beside it
+  bool weighed;               // the likelihood has judged
+  KnownNoise noise = {};      // of the model with it
 };
 
 /// Of what a round has found and of its rivals the one that makes the records likelier, where that
@@ -48,9 +49,9 @@ Named named(const Refit& chosen, std::vector<Refit>& refits, const Model& before
 
 /// Of each effect another name if the records are likelier with it, and those that are nearly as
 /// likely, where that can be told (NoiseCheck::instead). base: the model without any; now: with all
-/// that were found.
+/// that were found; noise: of nearly that one.
 void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& records,
                  const AcceptanceSettings& settings, Diagnosis& diagnosis, Explained& now,
-                 Held& held);
+                 Held& held, const KnownNoise& noise = {});
 
 }  // namespace armukf

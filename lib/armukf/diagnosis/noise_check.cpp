@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <functional>
 #include <map>
@@ -21,7 +22,7 @@ namespace {
 SearchTask task_of(const InitialChoice& initial, const std::vector<Record>& pieces,
                    const Propagation& propagation) {
   constexpr int kIterations = 60;
-  constexpr double kTolerance = 1e-7;  // of the cost: a hundredth of a nat
+  constexpr double kTolerance = 1e-6;  // of the cost: a tenth of a nat
   return {pieces,
           initial,
           propagation,
@@ -43,29 +44,52 @@ Model with_rival(Model rest, const Refit& rival) {
   return rest;
 }
 
+/// Whether a search has come to where it will not reach that loss any more: each goes on from the
+/// one before, and gains less.
+std::function<bool(const FoundMinimum&)> falls_behind(double loss) {
+  static constexpr double kHopelessNats = 20.0;
+  static constexpr double kTimesMore = 4.0;  // than the last search, all that follow may gain
+  return [loss, before = kInfinite](const FoundMinimum& found) mutable {
+    const double behind = found.loss - loss;
+    const bool hopeless = behind > std::max(kHopelessNats, kTimesMore * (before - found.loss));
+    before = found.loss;
+    return hopeless;
+  };
+}
+
 }  // namespace
 
-NoiseCheck::NoiseCheck(const Explained& now, const TraceRecords& records, bool hopeless)
-    : now_(now), records_(records), pieces_(records.estimation) {
-  if (hopeless) correlation_ = kInfinite;
+NoiseCheck::NoiseCheck(const Explained& now, const TraceRecords& records, const KnownNoise& known)
+    : now_(now), records_(records), pieces_(records.estimation), near_(known.likeliest) {
+  if (known.hopeless) correlation_ = kInfinite;
   pieces_.insert(pieces_.end(), records.validation.begin(), records.validation.end());
 }
 
 bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
-  if (!correlation_) {
-    const Model& model = now_.fit.model;
-    base_ = likeliest(model, states_before(model, pieces_, records_.propagation), {},
-                      [&](const FoundMinimum& found) {
-                        correlation_ = correlation_at(found);
-                        return hopeless(settings);
-                      });
+  const auto can_be_all = [&] { return *correlation_ <= settings.most_correlation; };
+  if (correlation_) return can_be_all();
+  const StatesOfPieces x0 = states_before(now_.fit.model, pieces_, records_.propagation);
+  const auto look = [&](const std::optional<FilterNoise>& near) {
+    base_ = likeliest(now_.fit.model, x0, near, [&](const FoundMinimum& found) {
+      correlation_ = correlation_at(found);
+      return hopeless(settings);
+    });
     correlation_ = correlation_at(*base_);
-  }
-  return *correlation_ <= settings.most_correlation;
+  };
+  if (near_) look(near_);
+  if (!near_ || !can_be_all()) look({});
+  return can_be_all();
 }
 
 bool NoiseCheck::hopeless(const AcceptanceSettings& settings) const {
   return correlation_ && *correlation_ > settings.hopeless_correlation;
+}
+
+KnownNoise NoiseCheck::known(const AcceptanceSettings& settings) const {
+  KnownNoise known{near_, hopeless(settings)};
+  if (base_) known.likeliest.reset();
+  if (base_ && *correlation_ <= settings.most_correlation) known.likeliest = base_->noise;
+  return known;
 }
 
 double NoiseCheck::more_values(const Model& with, const Model& without) const {
@@ -120,8 +144,9 @@ FoundMinimum NoiseCheck::likeliest(const Model& model, const StatesOfPieces& x0,
                                        near, ends);
 }
 
-FoundMinimum NoiseCheck::likeliest_near_base(const Model& start) const {
-  return likeliest(start, states_before(start, pieces_, records_.propagation), base_->noise);
+FoundMinimum NoiseCheck::likeliest_near_base(
+    const Model& start, const std::function<bool(const FoundMinimum&)>& ends) const {
+  return likeliest(start, states_before(start, pieces_, records_.propagation), base_->noise, ends);
 }
 
 std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
@@ -129,15 +154,23 @@ std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
   if (!noise_can_be_all(settings)) return "";
   const std::array starts{refit.explained.fit.model,
                           with_values(refit.explained.fit.model, base_->model)};
+  const double more = more_values(refit.explained.fit.model, now_.fit.model);
+  const auto p_of = [&](double gain) {
+    return corrected(chi_square_tail(2.0 * std::max(0.0, gain), more), refit.trial, looks);
+  };
   std::array<double, starts.size()> losses{};
-  for_each_job(static_cast<int>(starts.size()),
-               [&](int i) { losses[i] = likeliest_near_base(starts[i]).loss; });
+  std::atomic<bool> beyond_chance = false;  // no search can make that less
+  for_each_job(static_cast<int>(starts.size()), [&](int i) {
+    if (beyond_chance) return;
+    const auto ends = [&](const FoundMinimum& found) {
+      if (p_of(base_->loss - found.loss) <= settings.most_p) beyond_chance = true;
+      return beyond_chance.load();
+    };
+    losses[i] = likeliest_near_base(starts[i], ends).loss;
+  });
+  if (beyond_chance) return "";
   const double gain = base_->loss - *std::ranges::min_element(losses);
-  const double p =
-      corrected(chi_square_tail(2.0 * std::max(0.0, gain),
-                                more_values(refit.explained.fit.model, now_.fit.model)),
-                refit.trial, looks);
-  if (p <= settings.most_p) return "";
+  const double p = p_of(gain);
   return fmt::format(
       "noise of torque and sensor explains as much: with it the log-likelihood is {:.1f} higher "
       "one sample ahead, p {:.2g}",
@@ -237,7 +270,8 @@ std::vector<Stead> NoiseCheck::instead(const Model& rest, const std::vector<Refi
   const std::vector<double> before = likelihoods_of_parts(*base_);
   std::vector<Stead> steads(rivals.size());
   for_each_job(count, [&](int i) {
-    FoundMinimum found = likeliest_near_base(with_rival(rest, rivals[i]));
+    FoundMinimum found =
+        likeliest_near_base(with_rival(rest, rivals[i]), falls_behind(base_->loss));
     const double more = more_values(found.model, now_.fit.model);
     std::vector<double> gains = likelihoods_of_parts(found);
     for (std::size_t part = 0; part < gains.size(); ++part)

@@ -26,6 +26,12 @@ struct Stead {
   double steadiness;
 };
 
+/// What is known of the noise in the records of a model, or of nearly the same one.
+struct KnownNoise {
+  std::optional<FilterNoise> likeliest = {};  // where it can be all that the model leaves
+  bool hopeless = false;                      // it explains far too little of that
+};
+
 /// Whether noise alone explains what an effect seems to.
 ///
 /// A controller brings the sensor's noise into the torque, and what the torque's own noise does to
@@ -36,9 +42,12 @@ struct Stead {
 /// method.
 class NoiseCheck {
  public:
-  /// now: the model as it stands; both must outlive this. hopeless: noise is known to explain far
-  /// too little of what that model leaves.
-  NoiseCheck(const Explained& now, const TraceRecords& records, bool hopeless = false);
+  /// now: the model as it stands; both must outlive this.
+  NoiseCheck(const Explained& now, const TraceRecords& records, const KnownNoise& known = {});
+
+  /// Whether the innovations of the model as it stands, with the likeliest noise, can be noise
+  /// alone.
+  bool noise_can_be_all(const AcceptanceSettings& settings);
 
   /// Why the effect does not count: with the likeliest noise the model as it stands leaves next to
   /// nothing, and the effect makes the records not likelier than chance does. Empty where it
@@ -61,8 +70,8 @@ class NoiseCheck {
   /// model as it stands. Not so where noise cannot be all.
   bool is_as_likely(const Model& rest, const AcceptanceSettings& settings);
 
-  /// Whether noise was found to explain far too little, by what has been asked.
-  bool hopeless(const AcceptanceSettings& settings) const;
+  /// By what has been asked.
+  KnownNoise known(const AcceptanceSettings& settings) const;
 
  private:
   /// A trial with what one linearised step would gain.
@@ -72,16 +81,18 @@ class NoiseCheck {
     double p_value;
   };
 
-  /// Whether the base's innovations can be noise alone. Makes that base, once.
-  bool noise_can_be_all(const AcceptanceSettings& settings);
+  /// Whether the rough fit says that no better one is worth while.
+  bool hopeless(const AcceptanceSettings& settings) const;
 
-  /// near: noise that theirs is looked for near to; else anywhere.
+  /// near: noise that theirs is looked for near to; else anywhere. ends: after each of its
+  /// searches, whether that is enough.
   FoundMinimum likeliest(const Model& model, const StatesOfPieces& x0,
                          const std::optional<FilterNoise>& near,
                          const std::function<bool(const FoundMinimum&)>& ends = {}) const;
 
-  /// From that model on, the noise near to the base's.
-  FoundMinimum likeliest_near_base(const Model& start) const;
+  /// From that model on, the noise near to the base's. ends: as of likeliest().
+  FoundMinimum likeliest_near_base(const Model& start,
+                                   const std::function<bool(const FoundMinimum&)>& ends = {}) const;
 
   /// Of each effect the most promising trial, if a fit of it may be beyond chance; the most
   /// promising first, and no more than are worth the time.
@@ -112,6 +123,7 @@ class NoiseCheck {
   const Explained& now_;
   const TraceRecords& records_;
   std::vector<Record> pieces_;
+  std::optional<FilterNoise> near_;  // of nearly the same model
   std::optional<FoundMinimum> base_;
   std::optional<double> correlation_;  // of what the base leaves
 };

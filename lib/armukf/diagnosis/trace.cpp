@@ -145,7 +145,7 @@ struct Standing {
   FittedModel simulated;  // to the estimation records
   double error = 0.0;     // of what judges
   bool slow_first = false;
-  bool noise_hopeless = false;  // noise is known to explain far too little of what is left
+  KnownNoise noise = {};
 };
 
 /// What a round looks at.
@@ -167,8 +167,8 @@ struct LookedAt {
 /// which tell what shows late; among what is tried last; and at the end by the likelihood alone.
 /// Goes on only while nothing counts as found, or what does shows late. Where the slow filter has
 /// told the effect before, it is asked first, and the fast one once more before nothing is found.
-/// If nothing is, all more common effects are tried once more from the given values of the arm; at
-/// once where a spring has gone slack.
+/// If nothing is, and noise cannot be all that is left, all more common effects are tried once more
+/// from the given values of the arm; at once where a spring has gone slack.
 LookedAt looked_for(const Round& round, Standing& standing) {
   const Suggested& suggested = round.suggested;
   const TraceRecords& records = round.records;
@@ -184,21 +184,31 @@ LookedAt looked_for(const Round& round, Standing& standing) {
   Looks& looks = all.looks;
   const std::vector<Trial> names = without_set_aside(suggested_names);
   std::optional<NoiseCheck> noise;
+  const auto check = [&]() -> NoiseCheck& {
+    if (!noise) noise.emplace(now, records, standing.noise);
+    return *noise;
+  };
   const auto best = [&] {
-    if (!noise) noise.emplace(now, records, standing.noise_hopeless);
-    confirm(found.refits, *noise, looks, settings);
-    confirm(found.pairs, *noise, looks, settings);
+    confirm(found.refits, check(), looks, settings);
+    confirm(found.pairs, check(), looks, settings);
+    standing.noise = noise->known(settings);
     return best_of(found, records, settings);
   };
+  const auto add_of_now = [&](Contest more) {
+    if (more.better_minimum) {  // the noise was another model's
+      noise.reset();
+      standing.noise.hopeless = false;
+    }
+    add(std::move(more), found);
+  };
   const auto from_given = [&] {
-    add(contest_from(round.given, now, names, looks, records, settings), found);
+    add_of_now(contest_from(round.given, now, names, looks, records, settings));
   };
   bool given_tried = false;
   const auto fast = [&] {
-    add(contest(now, standing.bases, names, looks, records, settings), found);
+    add_of_now(contest(now, standing.bases, names, looks, records, settings));
     given_tried = has_slack_spring(now.fit.model);
     if (given_tried) from_given();
-    noise.reset();  // it was another model's
     return best();
   };
   if (!standing.slow_first) {
@@ -226,9 +236,8 @@ LookedAt looked_for(const Round& round, Standing& standing) {
   std::ranges::copy(last, std::back_inserter(told));
   std::erase_if(told, [](const Trial& trial) { return !likelihood_tells(trial); });
   add({noise->likelier(told, looks, settings), {}, {}}, found);
-  if (best() != nullptr || given_tried) return all;
+  if (best() != nullptr || given_tried || noise->noise_can_be_all(settings)) return all;
   from_given();
-  noise.reset();
   best();
   return all;
 }
@@ -301,9 +310,9 @@ Standing with_effect(const Standing& before, const Named& chosen, const Completi
   if (with.slow_first) hold(before.now.fit.model, fit, with.held);
   const bool bent = most_help(refit.evidence.witnesses.front()) > kMuch;
   with.now = best_explained(fit, bent ? first.restarts : first.minima, records);
-  with.noise_hopeless =
-      chosen.noise_hopeless &&
-      with.now.estimation.level() > refit.explained.estimation.level() - kFarBetter;
+  with.noise = chosen.noise;
+  if (with.now.estimation.level() < refit.explained.estimation.level() - kFarBetter)
+    with.noise.hopeless = false;
   go_on_from_now(with, records);
   for (FoundEffect& found : std::span(diagnosis.effects).last(refit.trial.beside ? 2 : 1))
     found.mse_reduction_percent = 100.0 * (1.0 - with.error / before.error);
@@ -401,13 +410,13 @@ Simulated completed(Search& search, const Completing& completing, const Bases& f
     say("names", 0.93);
     if (!search.all_weighed)
       weigh_names(completing.base, search.to_weigh, completing.records, completing.settings,
-                  diagnosis, standing.now, standing.held);
-    Finished finish =
-        finished(completing, without_any, search.errors, diagnosis, standing.now, standing.held);
+                  diagnosis, standing.now, standing.held, standing.noise);
+    Finished finish = finished(completing, without_any, search.errors, diagnosis, standing.now,
+                               standing.held, standing.noise);
     if (finish.none_of.empty()) return std::move(finish.simulated);
     search.dismissed.insert(finish.none_of.begin(), finish.none_of.end());
     go_on_from_now(standing, completing.records);
-    standing.noise_hopeless = false;
+    standing.noise.hopeless = false;
   }
 }
 
