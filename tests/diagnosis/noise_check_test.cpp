@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -185,6 +186,43 @@ TEST(NoiseCheck, FindsNothingInNoise) {
 TEST(NoiseCheck, FindsNothingWhereNoiseCannotBeAll) {
   const Model truth = published_with("input_delay", 4e-3);
   EXPECT_EQ(likelier(truth), std::vector<std::string>{});
+}
+
+/// Two records, the second of an arm whose gear's spring is stiffer by that factor.
+TraceRecords records_of_two(double stiffness, std::uint32_t seed) {
+  ExperimentSettings settings{
+      .samples = 5000, .sensor_noise = 0.3, .sensor_pole = 0.5, .torque_disturbance = 0.15};
+  settings.seed = seed;
+  Model other = published_estimate();
+  other.parameter("k_g1").value *= stiffness;
+  TraceRecords records;
+  records.estimation = {simulate_experiment(published_estimate(), settings).record};
+  settings.seed = seed + 1;
+  records.validation = {simulate_experiment(other, settings).record};
+  return records;
+}
+
+/// By chance one of a hundred pairs of records of the same arm is not.
+TEST(NoiseCheck, TellsWhetherOneModelIsEnoughForAllRecords) {
+  constexpr int kPairs = 4;
+  const Explained now = standing_at(published_estimate());
+  int same = 0;
+  int different = 0;
+  for (std::uint32_t i = 0; i < kPairs; ++i) {
+    const TraceRecords of_one = records_of_two(1.0, 10 * i + 1);
+    same += NoiseCheck(now, of_one).is_one_for_all({});
+    const TraceRecords of_two = records_of_two(1.2, 10 * i + 1);
+    different += !NoiseCheck(now, of_two).is_one_for_all({});
+  }
+  EXPECT_GE(same, kPairs - 1);
+  EXPECT_EQ(different, kPairs);
+}
+
+TEST(NoiseCheck, TellsNothingOfAllRecordsWhereNoneValidates) {
+  const Explained now = standing_at(published_estimate());
+  TraceRecords records = records_of_two(1.0, 1);
+  records.validation.clear();
+  EXPECT_FALSE(NoiseCheck(now, records).is_one_for_all({}));
 }
 
 }  // namespace

@@ -139,14 +139,15 @@ Rivals rivals_beside(const Refit& chosen, const std::vector<Refit>& pairs) {
 }
 
 Named named(const Refit& chosen, std::vector<Refit>& refits, const Model& before, const Held& held,
-            const TraceRecords& records, const AcceptanceSettings& settings) {
+            const TraceRecords& records, const AcceptanceSettings& settings,
+            const KnownNoise& noise) {
   const std::vector<Refit> others = rivals_to_weigh(chosen, refits);
   if (others.empty()) return {&chosen, rivals(chosen, refits), others, false};
   const Explained with = set_free(chosen.explained, held);
-  NoiseCheck noise(with, records);
-  const std::vector<Stead> steads = noise.instead(set_free(before, held), others, settings);
+  NoiseCheck check(with, records, noise);
+  const std::vector<Stead> steads = check.instead(set_free(before, held), others, settings);
   if (steads.empty())
-    return {&chosen, rivals(chosen, refits), others, false, noise.known(settings)};
+    return {&chosen, rivals(chosen, refits), others, false, check.known(settings)};
   const Refit* best = &chosen;
   const Stead& likeliest = steads.front();
   if (is_likelier(likeliest) && likeliest.rival->refusal.empty() &&
@@ -158,7 +159,7 @@ Named named(const Refit& chosen, std::vector<Refit>& refits, const Model& before
     refits[&chosen - refits.data()].refusal = likelier_than(*best);
   }
   return {best, nearly_as_likely(best->trial.effect, chosen.trial.effect, steads),
-          rivals_to_weigh(*best, refits), true, noise.known(settings)};
+          rivals_to_weigh(*best, refits), true, check.known(settings)};
 }
 
 void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& records,

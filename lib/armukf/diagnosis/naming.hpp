@@ -43,9 +43,10 @@ struct Named {
 /// Of what a round has found and of its rivals the one that makes the records likelier, where that
 /// can be told (NoiseCheck::instead) and predictions are no worse by it: how much a prediction
 /// gains at the shortest horizon where an effect shows says little of the longer ones. before: the
-/// model of the round. The one that is displaced counts as refused.
+/// model of the round; noise: of the chosen one's. The one that is displaced counts as refused.
 Named named(const Refit& chosen, std::vector<Refit>& refits, const Model& before, const Held& held,
-            const TraceRecords& records, const AcceptanceSettings& settings);
+            const TraceRecords& records, const AcceptanceSettings& settings,
+            const KnownNoise& noise = {});
 
 /// Of each effect another name if the records are likelier with it, and those that are nearly as
 /// likely, where that can be told (NoiseCheck::instead). base: the model without any; now: with all

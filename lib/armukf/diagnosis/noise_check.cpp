@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstddef>
 #include <functional>
 #include <map>
@@ -42,6 +43,16 @@ Model with_rival(Model rest, const Refit& rival) {
     if (set_free) p.known = false;
   }
   return rest;
+}
+
+/// A search's loss with what else of the likelihood the number of measurements decides: losses over
+/// different pieces then add up.
+double complete(double loss, const std::vector<Record>& pieces) {
+  double measured = 0.0;
+  for (const Record& piece : pieces)
+    for (const Sample& sample : piece.samples)
+      if (!std::isnan(sample.y)) measured += 1.0;
+  return loss - 0.5 * measured * std::log(0.5 * measured);
 }
 
 /// Whether a search has come to where it will not reach that loss any more: each goes on from the
@@ -261,6 +272,24 @@ std::vector<Refit> NoiseCheck::likelier(const std::vector<Trial>& trials, const 
   for (std::size_t i = 1; i < refits.size(); ++i)
     if (refits[i].refusal.empty()) refits[i].refusal = "another makes the records likelier";
   return refits;
+}
+
+double NoiseCheck::loss_alone(const std::vector<Record>& pieces) const {
+  const StatesOfPieces x0 = states_before(base_->model, pieces, records_.propagation);
+  const InitialChoice initial = prediction_choice(base_->model);
+  const SearchTask task = task_of(initial, pieces, records_.propagation);
+  return complete(searched_for_predictions_near(base_->model, x0, task, base_->noise).loss, pieces);
+}
+
+bool NoiseCheck::is_one_for_all(const AcceptanceSettings& settings) {
+  constexpr int kNoiseValues = 4;  // density, two poles, and the sensor's variance
+  if (records_.validation.empty() || !noise_can_be_all(settings)) return false;
+  const std::array parts{&records_.estimation, &records_.validation};
+  std::array<double, parts.size()> alone{};
+  for_each_job(static_cast<int>(parts.size()), [&](int i) { alone[i] = loss_alone(*parts[i]); });
+  const double gain = complete(base_->loss, pieces_) - alone[0] - alone[1];
+  const auto more = static_cast<double>(base_->model.unknowns().size() + kNoiseValues);
+  return chi_square_tail(2.0 * std::max(0.0, gain), more) > settings.most_p;
 }
 
 std::vector<Stead> NoiseCheck::instead(const Model& rest, const std::vector<Refit>& rivals,

@@ -70,6 +70,11 @@ class NoiseCheck {
   /// model as it stands. Not so where noise cannot be all.
   bool is_as_likely(const Model& rest, const AcceptanceSettings& settings);
 
+  /// Whether chance alone makes the estimation records and those that validate as much likelier by
+  /// a model of the same effects each, with a noise of its own, as they are. Not so where noise
+  /// cannot be all, or nothing validates.
+  bool is_one_for_all(const AcceptanceSettings& settings);
+
   /// By what has been asked.
   KnownNoise known(const AcceptanceSettings& settings) const;
 
@@ -89,6 +94,9 @@ class NoiseCheck {
   FoundMinimum likeliest(const Model& model, const StatesOfPieces& x0,
                          const std::optional<FilterNoise>& near,
                          const std::function<bool(const FoundMinimum&)>& ends = {}) const;
+
+  /// The least -ln of the likelihood of those pieces alone, from the base on.
+  double loss_alone(const std::vector<Record>& pieces) const;
 
   /// From that model on, the noise near to the base's. ends: as of likeliest().
   FoundMinimum likeliest_near_base(const Model& start,

@@ -294,6 +294,12 @@ void go_on_from_now(Standing& standing, const TraceRecords& records) {
   });
 }
 
+/// What is known of the noise in the records of another model by that of the one that stands.
+KnownNoise noise_with(const Explained& other, const Standing& standing) {
+  return {.hopeless = standing.noise.hopeless &&
+                      other.estimation.level() > standing.now.estimation.level() - kFarBetter};
+}
+
 /// With the effect that a round has chosen; the diagnosis as it is then.
 Standing with_effect(const Standing& before, const Named& chosen, const Completing& completing,
                      const Bases& first, Diagnosis& diagnosis) {
@@ -362,9 +368,10 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
       best = &found.refits.back();
     }
     if (best == nullptr) return note(found, nullptr, round, search.diagnosis.candidates);
-    const Named chosen = exchange || is_pair ? Named{best, {}, {}, false}
-                                             : named(*best, found.refits, standing.now.fit.model,
-                                                     standing.held, records, settings);
+    const Named chosen = exchange || is_pair
+                             ? Named{best, {}, {}, false}
+                             : named(*best, found.refits, standing.now.fit.model, standing.held,
+                                     records, settings, noise_with(best->explained, standing));
     const std::string& effect = chosen.refit->trial.effect;
     Standing with = with_effect(rest ? *rest : standing, chosen, completing, first, completed);
     const std::string reason = against_simulation(
@@ -487,7 +494,10 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   const std::vector<std::string> there = more_left(simulated, records);
   std::ranges::copy(there, std::back_inserter(diagnosis.unexplained));
   diagnosis.consistency = consistency_of(now, records);
-  const auto same_in_all = [&] { return one_for_all(now, model, records, settings.acceptance); };
+  const auto same_in_all = [&] {
+    return NoiseCheck(now, records, search.standing.noise).is_one_for_all(settings.acceptance) ||
+           one_for_all(now, model, records, settings.acceptance);
+  };
   for (std::string& text : disagreements(diagnosis.consistency, now.fit.model, same_in_all))
     diagnosis.unexplained.push_back(std::move(text));
   if (!diagnosis.effects.empty()) {
