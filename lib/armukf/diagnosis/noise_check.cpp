@@ -289,7 +289,7 @@ bool NoiseCheck::is_one_for_all(const AcceptanceSettings& settings) {
   for_each_job(static_cast<int>(parts.size()), [&](int i) { alone[i] = loss_alone(*parts[i]); });
   const double gain = complete(base_->loss, pieces_) - alone[0] - alone[1];
   const auto more = static_cast<double>(base_->model.unknowns().size() + kNoiseValues);
-  return chi_square_tail(2.0 * std::max(0.0, gain), more) > settings.most_p;
+  return std::isfinite(gain) && chi_square_tail(2.0 * std::max(0.0, gain), more) > settings.most_p;
 }
 
 std::vector<Stead> NoiseCheck::instead(const Model& rest, const std::vector<Refit>& rivals,
