@@ -211,7 +211,7 @@ TEST(NoiseCheck, TellsWhetherOneModelIsEnoughForAllRecords) {
   for (std::uint32_t i = 0; i < kPairs; ++i) {
     const TraceRecords of_one = records_of_two(1.0, 10 * i + 1);
     same += NoiseCheck(now, of_one).is_one_for_all({});
-    const TraceRecords of_two = records_of_two(1.2, 10 * i + 1);
+    const TraceRecords of_two = records_of_two(1.06, 10 * i + 1);
     different += !NoiseCheck(now, of_two).is_one_for_all({});
   }
   EXPECT_GE(same, kPairs - 1);

@@ -23,7 +23,8 @@ FoundMinimum searched(const Model& model, const StatesOfPieces& x0, std::vector<
   stop_if_asked(task.limits.stop);
   found.model = error.model_at(found.minimum.z.data());
   found.x0 = error.initial_states_at(found.minimum.z.data());
-  found.loss = 0.5 * error.measured() * std::log(found.minimum.cost) + log_innovation_sd(gains);
+  const double half = 0.5 * error.measured();
+  found.loss = half * std::log(found.minimum.cost / half) + log_innovation_sd(gains);
   found.gains = std::move(gains);
   return found;
 }

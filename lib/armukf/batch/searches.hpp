@@ -33,7 +33,9 @@ struct FoundMinimum {
   StatesOfPieces x0;                 // at the first sample of each record
   std::vector<Gains> gains;          // one per record, if it was for predictions
   std::optional<FilterNoise> noise;  // that they were made for
-  double loss = kInfinite;           // -ln of the likelihood, but for what is the same for all
+  /// -ln of the likelihood, but for what each measurement adds whatever was found: losses of
+  /// records that were searched one by one add up.
+  double loss = kInfinite;
 
   bool any() const { return !model.parameters.empty(); }
 };

@@ -45,16 +45,6 @@ Model with_rival(Model rest, const Refit& rival) {
   return rest;
 }
 
-/// A search's loss with what else of the likelihood the number of measurements decides: losses over
-/// different pieces then add up.
-double complete(double loss, const std::vector<Record>& pieces) {
-  double measured = 0.0;
-  for (const Record& piece : pieces)
-    for (const Sample& sample : piece.samples)
-      if (!std::isnan(sample.y)) measured += 1.0;
-  return loss - 0.5 * measured * std::log(0.5 * measured);
-}
-
 /// Whether a search has come to where it will not reach that loss any more: each goes on from the
 /// one before, and gains less.
 std::function<bool(const FoundMinimum&)> falls_behind(double loss) {
@@ -97,10 +87,9 @@ bool NoiseCheck::hopeless(const AcceptanceSettings& settings) const {
 }
 
 KnownNoise NoiseCheck::known(const AcceptanceSettings& settings) const {
-  KnownNoise known{near_, hopeless(settings)};
-  if (base_) known.likeliest.reset();
-  if (base_ && *correlation_ <= settings.most_correlation) known.likeliest = base_->noise;
-  return known;
+  if (!base_) return {near_, hopeless(settings)};
+  if (*correlation_ > settings.most_correlation) return {{}, hopeless(settings)};
+  return {base_->noise, false};
 }
 
 double NoiseCheck::more_values(const Model& with, const Model& without) const {
@@ -278,7 +267,7 @@ double NoiseCheck::loss_alone(const std::vector<Record>& pieces) const {
   const StatesOfPieces x0 = states_before(base_->model, pieces, records_.propagation);
   const InitialChoice initial = prediction_choice(base_->model);
   const SearchTask task = task_of(initial, pieces, records_.propagation);
-  return complete(searched_for_predictions_near(base_->model, x0, task, base_->noise).loss, pieces);
+  return searched_for_predictions_near(base_->model, x0, task, base_->noise).loss;
 }
 
 bool NoiseCheck::is_one_for_all(const AcceptanceSettings& settings) {
@@ -287,7 +276,7 @@ bool NoiseCheck::is_one_for_all(const AcceptanceSettings& settings) {
   const std::array parts{&records_.estimation, &records_.validation};
   std::array<double, parts.size()> alone{};
   for_each_job(static_cast<int>(parts.size()), [&](int i) { alone[i] = loss_alone(*parts[i]); });
-  const double gain = complete(base_->loss, pieces_) - alone[0] - alone[1];
+  const double gain = base_->loss - alone[0] - alone[1];
   const auto more = static_cast<double>(base_->model.unknowns().size() + kNoiseValues);
   return std::isfinite(gain) && chi_square_tail(2.0 * std::max(0.0, gain), more) > settings.most_p;
 }

@@ -294,10 +294,9 @@ void go_on_from_now(Standing& standing, const TraceRecords& records) {
   });
 }
 
-/// What is known of the noise in the records of another model by that of the one that stands.
-KnownNoise noise_with(const Explained& other, const Standing& standing) {
-  return {.hopeless = standing.noise.hopeless &&
-                      other.estimation.level() > standing.now.estimation.level() - kFarBetter};
+/// Whether noise that explains far too little of what one model leaves does of another's, too.
+bool is_hopeless_as_well(const KnownNoise& noise, const Explained& one, const Explained& other) {
+  return noise.hopeless && other.estimation.level() > one.estimation.level() - kFarBetter;
 }
 
 /// With the effect that a round has chosen; the diagnosis as it is then.
@@ -317,8 +316,7 @@ Standing with_effect(const Standing& before, const Named& chosen, const Completi
   const bool bent = most_help(refit.evidence.witnesses.front()) > kMuch;
   with.now = best_explained(fit, bent ? first.restarts : first.minima, records);
   with.noise = chosen.noise;
-  if (with.now.estimation.level() < refit.explained.estimation.level() - kFarBetter)
-    with.noise.hopeless = false;
+  with.noise.hopeless = is_hopeless_as_well(chosen.noise, refit.explained, with.now);
   go_on_from_now(with, records);
   for (FoundEffect& found : std::span(diagnosis.effects).last(refit.trial.beside ? 2 : 1))
     found.mse_reduction_percent = 100.0 * (1.0 - with.error / before.error);
@@ -368,10 +366,11 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
       best = &found.refits.back();
     }
     if (best == nullptr) return note(found, nullptr, round, search.diagnosis.candidates);
-    const Named chosen = exchange || is_pair
-                             ? Named{best, {}, {}, false}
-                             : named(*best, found.refits, standing.now.fit.model, standing.held,
-                                     records, settings, noise_with(best->explained, standing));
+    const KnownNoise noise{.hopeless =
+                               is_hopeless_as_well(standing.noise, standing.now, best->explained)};
+    const Named chosen = exchange || is_pair ? Named{best, {}, {}, false}
+                                             : named(*best, found.refits, standing.now.fit.model,
+                                                     standing.held, records, settings, noise);
     const std::string& effect = chosen.refit->trial.effect;
     Standing with = with_effect(rest ? *rest : standing, chosen, completing, first, completed);
     const std::string reason = against_simulation(
