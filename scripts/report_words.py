@@ -128,6 +128,8 @@ def sure(found):
     own = found["files"]["validation"].startswith("blocks")
     parts.append("Judged on blocks of the record, each by a fit that had not seen it." if own else
                  f"Judged on {found['files']['validation']}, to which nothing was fitted.")
+    if found["files"].get("values_fitted_to") == "estimation and validation":
+        parts.append("After that, its values were fitted to all records together.")
     if other := found["files"].get("shows_nothing"):
         parts.append(f"{other} does not excite it, and is foretold as well with it as without.")
     base = found.get("base_fit")

@@ -61,6 +61,26 @@ TEST(FittedValues, CountWhereAnAngleBeginsOncePerPiece) {
   EXPECT_EQ(fitted_values(model, 3), unknowns + 1 + 2 + 3);
 }
 
+/// Wherever they stand, and no others.
+TEST(WithValues, AreThoseOfWhatBothHaveUnknown) {
+  Model model = published_arm();
+  model.add_effect("torque_bias");
+  model.add_effect("gear_damping_quadratic");
+  Model other = published_arm();
+  other.add_effect("gear_damping_quadratic");
+  other.parameter("gear_damping_quadratic").value = 0.004;
+  other.parameter("k_a").value = 12.0;
+  other.parameter("a_m").value = 0.2;
+  other.parameter("a_m").known = true;
+  other.parameter("J").value = 1.0;
+  const Model with = with_values(model, other);
+  EXPECT_EQ(with.parameter("gear_damping_quadratic").value, 0.004);
+  EXPECT_EQ(with.parameter("torque_bias").value, model.parameter("torque_bias").value);
+  EXPECT_EQ(with.parameter("k_a").value, 12.0);
+  EXPECT_EQ(with.parameter("a_m").value, model.parameter("a_m").value);
+  EXPECT_EQ(with.parameter("J").value, model.parameter("J").value);
+}
+
 TEST(FitForesight, TellsParametersAndHowFarTheyAre) {
   const Model truth = published_estimate();
   const std::vector<Record> pieces{record_of(truth, 3000)};

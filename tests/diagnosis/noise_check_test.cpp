@@ -64,7 +64,7 @@ TEST(NoiseCheck, GoesOnFromNoiseThatIsKnown) {
     EXPECT_TRUE(again.noise_can_be_all({}));
     EXPECT_NEAR(std::log(again.known({}).likeliest->density), std::log(found->density), 0.2);
   }
-  NoiseCheck none(now, records, {{}, true});
+  NoiseCheck none(now, records, {.hopeless = true});
   EXPECT_FALSE(none.noise_can_be_all({}));
   EXPECT_TRUE(none.known({}).hopeless);
 }
@@ -223,6 +223,53 @@ TEST(NoiseCheck, TellsNothingOfAllRecordsWhereNoneValidates) {
   TraceRecords records = records_of_two(1.0, 1);
   records.validation.clear();
   EXPECT_FALSE(NoiseCheck(now, records).is_one_for_all({}));
+}
+
+/// Within their deviations of the truth, which are smaller the more records there are.
+TEST(NoiseCheck, TellsTheValuesThatMakeAllRecordsLikeliest) {
+  const Model truth = published_estimate();
+  Model poor = truth;  // where a fit may have led the arm
+  poor.parameter("a_g").value = 0.04;
+  poor.parameter("k_a").value = 1000.0;
+  const Explained now = standing_at(poor);
+  TraceRecords records = records_of_two(1.0, 1);
+  const std::optional<LikeliestFit> of_both = NoiseCheck(now, records).likeliest_fit(truth, {});
+  records.validation.clear();
+  const std::optional<LikeliestFit> of_one = NoiseCheck(now, records).likeliest_fit(truth, {});
+  ASSERT_TRUE(of_both && of_one);
+  EXPECT_EQ(of_both->x0.size(), 1U);
+  const std::vector<int> unknowns = truth.unknowns();
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    const Parameter& p = of_both->model.parameters[unknowns[i]];
+    const auto at = static_cast<Eigen::Index>(i);
+    const double sd = std::sqrt(of_both->covariance(at, at));
+    EXPECT_NEAR(p.value, truth.parameters[unknowns[i]].value, 4.0 * sd) << p.name;
+    EXPECT_LT(sd, std::sqrt(of_one->covariance(at, at))) << p.name;
+  }
+}
+
+TEST(NoiseCheck, TellsNoLikeliestValuesOfArmsThatDifferOrWhereNoiseCannotBeAll) {
+  const Explained now = standing_at(published_estimate());
+  EXPECT_FALSE(NoiseCheck(now, records_of_two(1.06, 1)).likeliest_fit(published_arm(), {}));
+  const TraceRecords delayed = records_of(published_with("input_delay", 4e-3));
+  EXPECT_FALSE(NoiseCheck(now, delayed).likeliest_fit(published_arm(), {}));
+}
+
+/// Where a fit has led the arm into a poor minimum, what was known before leads it out.
+TEST(NoiseCheck, GoesOnFromValuesThatAreKnown) {
+  const TraceRecords records = records_of(published_estimate());
+  Model stiff = published_arm();
+  stiff.parameter("a_g").value = 0.04;
+  stiff.parameter("k_a").value = 1000.0;
+  const Explained poor = standing_at(stiff);
+  const auto k_a_from = [&](const KnownNoise& known) {
+    NoiseCheck check(poor, records, known);
+    EXPECT_TRUE(check.noise_can_be_all({}));
+    return check.known({}).model->parameter("k_a").value;
+  };
+  const FilterNoise noise{0.03, 0.8};
+  EXPECT_GT(k_a_from({noise}), 100.0);  // or this tells nothing
+  EXPECT_NEAR(k_a_from({noise, published_arm()}), published_estimate().parameter("k_a").value, 3.0);
 }
 
 }  // namespace

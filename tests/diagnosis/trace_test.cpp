@@ -62,6 +62,7 @@ TEST(Trace, AddsTheEffectThatIsThereAndEndsAtTheNoise) {
   EXPECT_EQ(diagnosis.effects[0].effect, "gear_damping_quadratic");
   EXPECT_EQ(diagnosis.verdict, Verdict::kFound);
   expect_accepted_are_effects(diagnosis);
+  EXPECT_TRUE(diagnosis.of_all_records);
   EXPECT_NEAR(diagnosis.after.model.parameter("gear_damping_quadratic").value, 0.004, 0.0008);
   EXPECT_NEAR(diagnosis.after_validation_measures.mse, 0.01, 0.001);  // the sensor's noise
   EXPECT_GT(diagnosis.before_validation.mse, diagnosis.after_validation_measures.mse);
@@ -82,6 +83,7 @@ TEST(Trace, JudgesByBlocksLeftOutWhereThereIsNoOtherRecord) {
   ASSERT_EQ(diagnosis.effects.size(), 1U);
   EXPECT_EQ(diagnosis.effects[0].effect, "gear_damping_quadratic");
   EXPECT_FALSE(diagnosis.validated);
+  EXPECT_FALSE(diagnosis.of_all_records);
   EXPECT_EQ(diagnosis.judges.size(), 8U);
   EXPECT_EQ(diagnosis.after_validation.residual.size(), 8000U);
   EXPECT_NEAR(diagnosis.after_validation_measures.mse, 0.01, 0.002);

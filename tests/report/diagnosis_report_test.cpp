@@ -125,6 +125,15 @@ TEST(DiagnosisReport, TellsWhichRecordShowsWhatIsMissing) {
   EXPECT_TRUE(says(diagnosis_text(s), "a.csv shows nothing of what is missing"));
 }
 
+TEST(DiagnosisReport, TellsWhatTheValuesWereFittedTo) {
+  DiagnosisSummary s = summary(true);
+  EXPECT_EQ(diagnosis_json(s)["files"]["values_fitted_to"], "estimation");
+  EXPECT_FALSE(says(diagnosis_text(s), "all records"));
+  s.diagnosis.of_all_records = true;
+  EXPECT_EQ(diagnosis_json(s)["files"]["values_fitted_to"], "estimation and validation");
+  EXPECT_TRUE(says(diagnosis_text(s), "values: those that make all records likeliest together"));
+}
+
 TEST(DiagnosisReport, NamesExperimentsThatTellEffectsApart) {
   DiagnosisSummary s = summary(true);
   EXPECT_TRUE(diagnosis_json(s)["effects"][0]["told_apart_by"].empty());

@@ -61,9 +61,12 @@ std::string_view name_of(Verdict verdict);
 /// What a model lacks, as far as two records of the arm tell.
 struct Diagnosis {
   BaseFit base;
-  FittedModel after;            // on the pieces of the estimation records
-  std::vector<Record> judges;   // pieces of the validation records, or the blocks left out in turn
-  bool validated = false;       // by records of their own
+  FittedModel after;           // on the pieces of the estimation records
+  std::vector<Record> judges;  // pieces of the validation records, or the blocks left out in turn
+  bool validated = false;      // by records of their own
+  /// The values of `after` are those that make the validation records likeliest as well; what is
+  /// told of these below is by values fitted without them.
+  bool of_all_records = false;
   bool of_validation = false;   // what is missing shows in these only, and they were fitted instead
   FittedModel base_validation;  // on these
   FittedModel after_validation;

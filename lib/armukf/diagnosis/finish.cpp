@@ -161,31 +161,47 @@ FittedModel without_each_block(const FittedModel& fit, const TraceRecords& recor
   return all;
 }
 
+/// With what is known of the parameters at those positions.
+FittedModel told(FittedModel fit, const std::vector<int>& positions,
+                 const Eigen::MatrixXd& covariance) {
+  const auto n = static_cast<int>(positions.size());
+  fit.parameters.clear();
+  fit.covariance = SquareMatrix(n);
+  for (int i = 0; i < n; ++i) {
+    Parameter& p = fit.model.parameters[positions[i]];
+    const double sd = std::sqrt(covariance(i, i));
+    p.known = false;
+    fit.parameters.push_back({positions[i], p.value, sd, sd, sd, sd, false});
+    for (int j = 0; j < n; ++j) fit.covariance(i, j) = covariance(i, j);
+  }
+  return fit;
+}
+
 /// As a simulation, with what is known of the unknowns.
 FittedModel simulated_from(const Explained& now, const Held& held, const TraceRecords& records) {
-  FittedModel simulated = plain(now, records);
-  const std::vector<int>& fitted = now.fit.fitted;
-  std::vector<std::ptrdiff_t> places;  // of its unknowns among those fitted; -1: held
-  for (std::size_t i = 0; i < simulated.model.parameters.size(); ++i) {
-    Parameter& p = simulated.model.parameters[i];
+  const std::vector<Parameter>& parameters = now.fit.model.parameters;
+  std::vector<int> positions;
+  std::vector<std::ptrdiff_t> places;  // of these among those fitted; -1: held
+  std::vector<double> variances;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const std::vector<int>& fitted = now.fit.fitted;
     const auto at = std::ranges::find(fitted, static_cast<int>(i)) - fitted.begin();
-    const bool told = at < static_cast<std::ptrdiff_t>(fitted.size());
-    const auto kept = held.find(p.name);
-    if (!told && kept == held.end()) continue;
-    const double sd = told ? now.fit.sd[at] : kept->second;
-    p.known = false;
-    simulated.parameters.push_back({static_cast<int>(i), p.value, sd, sd, sd, sd, false});
-    places.push_back(told ? at : -1);
+    const bool is_fitted = at < static_cast<std::ptrdiff_t>(fitted.size());
+    const auto kept = held.find(parameters[i].name);
+    if (!is_fitted && kept == held.end()) continue;
+    positions.push_back(static_cast<int>(i));
+    places.push_back(is_fitted ? at : -1);
+    variances.push_back(std::pow(is_fitted ? now.fit.sd[at] : kept->second, 2));
   }
-  const auto n = static_cast<int>(places.size());
-  simulated.covariance = SquareMatrix(n);
-  for (int i = 0; i < n; ++i) {
-    simulated.covariance(i, i) = std::pow(simulated.parameters[i].sd, 2);
-    for (int j = 0; j < n && places[i] >= 0; ++j)
-      if (j != i && places[j] >= 0)
-        simulated.covariance(i, j) = now.fit.covariance(places[i], places[j]);
-  }
-  return simulated;
+  const auto n = static_cast<Eigen::Index>(positions.size());
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < n; ++j)
+      if (i == j)
+        covariance(i, i) = variances[i];
+      else if (places[i] >= 0 && places[j] >= 0)
+        covariance(i, j) = now.fit.covariance(places[i], places[j]);
+  return told(plain(now, records), positions, covariance);
 }
 
 /// The completed model as a simulation: with the values that the fast filter has told, with those
@@ -256,6 +272,15 @@ FittedModel likelier(const FittedModel& fit, const Explained& foretelling,
   };
   FittedModel other = plain(foretelling, records);
   return log_likelihood(other) > log_likelihood(fit) ? other : fit;
+}
+
+std::optional<FittedModel> likeliest(NoiseCheck& noise, const Model& given,
+                                     const TraceRecords& records,
+                                     const AcceptanceSettings& settings) {
+  const std::optional<LikeliestFit> found = noise.likeliest_fit(given, settings);
+  if (!found) return {};
+  return told(placed(found->model, records.estimation, records.propagation, found->x0),
+              found->model.unknowns(), found->covariance);
 }
 
 FittedModel judged(const FittedModel& fit, const TraceRecords& records) {

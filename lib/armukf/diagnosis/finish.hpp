@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,12 @@ FittedModel plain(const Explained& now, const TraceRecords& records);
 /// what it leaves then is what they lack.
 FittedModel likelier(const FittedModel& fit, const Explained& foretelling,
                      const TraceRecords& records);
+
+/// The model with the values that make all records likeliest (NoiseCheck::likeliest_fit), on the
+/// estimation pieces; nothing where these do not tell them best.
+std::optional<FittedModel> likeliest(NoiseCheck& noise, const Model& given,
+                                     const TraceRecords& records,
+                                     const AcceptanceSettings& settings);
 
 /// What judges, the validation record or each block by the model as it is fitted to the others, and
 /// how the fitted model does there.

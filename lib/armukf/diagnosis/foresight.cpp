@@ -237,9 +237,11 @@ ForesightFit fitted_with(std::vector<Gains> gains, const Model& model, const Sta
 }  // namespace
 
 Model with_values(Model model, const Model& other) {
-  for (const int i : other.unknowns())
-    if (i < static_cast<int>(model.parameters.size()) && !model.parameters[i].known)
-      model.parameters[i].value = other.parameters[i].value;
+  for (const int i : other.unknowns()) {
+    const Parameter& its = other.parameters[i];
+    const auto at = std::ranges::find(model.parameters, its.name, &Parameter::name);
+    if (at != model.parameters.end() && !at->known) at->value = its.value;
+  }
   return model;
 }
 

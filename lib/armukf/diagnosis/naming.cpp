@@ -149,6 +149,7 @@ Named named(const Refit& chosen, std::vector<Refit>& refits, const Model& before
   if (steads.empty())
     return {&chosen, rivals(chosen, refits), others, false, check.known(settings)};
   const Refit* best = &chosen;
+  KnownNoise known = check.known(settings);
   const Stead& likeliest = steads.front();
   if (is_likelier(likeliest) && likeliest.rival->refusal.empty() &&
       (is_surely_likelier(likeliest, settings) ||
@@ -157,9 +158,10 @@ Named named(const Refit& chosen, std::vector<Refit>& refits, const Model& before
     best = &*std::ranges::find_if(refits,
                                   [&](const Refit& r) { return is_same(r, *likeliest.rival); });
     refits[&chosen - refits.data()].refusal = likelier_than(*best);
+    known.model = likeliest.model;
   }
   return {best, nearly_as_likely(best->trial.effect, chosen.trial.effect, steads),
-          rivals_to_weigh(*best, refits), true, check.known(settings)};
+          rivals_to_weigh(*best, refits), true, known};
 }
 
 void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& records,

@@ -16,6 +16,7 @@
 #include "armukf/core/statistics.hpp"
 #include "armukf/diagnosis/ahead_score.hpp"
 #include "armukf/diagnosis/scatter.hpp"
+#include "armukf/fit/covariance.hpp"
 
 namespace armukf {
 namespace {
@@ -61,7 +62,7 @@ std::function<bool(const FoundMinimum&)> falls_behind(double loss) {
 }  // namespace
 
 NoiseCheck::NoiseCheck(const Explained& now, const TraceRecords& records, const KnownNoise& known)
-    : now_(now), records_(records), pieces_(records.estimation), near_(known.likeliest) {
+    : now_(now), records_(records), pieces_(records.estimation), known_(known) {
   if (known.hopeless) correlation_ = kInfinite;
   pieces_.insert(pieces_.end(), records.validation.begin(), records.validation.end());
 }
@@ -69,17 +70,24 @@ NoiseCheck::NoiseCheck(const Explained& now, const TraceRecords& records, const 
 bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
   const auto can_be_all = [&] { return *correlation_ <= settings.most_correlation; };
   if (correlation_) return can_be_all();
-  const StatesOfPieces x0 = states_before(now_.fit.model, pieces_, records_.propagation);
-  const auto look = [&](const std::optional<FilterNoise>& near) {
-    base_ = likeliest(now_.fit.model, x0, near, [&](const FoundMinimum& found) {
-      correlation_ = correlation_at(found);
-      return hopeless(settings);
-    });
-    correlation_ = correlation_at(*base_);
-  };
-  if (near_) look(near_);
-  if (!near_ || !can_be_all()) look({});
+  if (known_.likeliest) look_for_base(known_.likeliest, settings);
+  if (!known_.likeliest || !can_be_all()) look_for_base({}, settings);
   return can_be_all();
+}
+
+void NoiseCheck::look_for_base(const std::optional<FilterNoise>& near,
+                               const AcceptanceSettings& settings) {
+  std::vector<Model> starts{now_.fit.model};
+  if (near && known_.model) starts.push_back(with_values(now_.fit.model, *known_.model));
+  std::vector<FoundMinimum> found(starts.size());
+  for_each_job(static_cast<int>(starts.size()), [&](int i) {
+    const StatesOfPieces x0 = states_before(starts[i], pieces_, records_.propagation);
+    found[i] = likeliest(starts[i], x0, near, [&](const FoundMinimum& so_far) {
+      return correlation_at(so_far) > settings.hopeless_correlation;
+    });
+  });
+  base_ = std::move(*std::ranges::min_element(found, {}, &FoundMinimum::loss));
+  correlation_ = correlation_at(*base_);
 }
 
 bool NoiseCheck::hopeless(const AcceptanceSettings& settings) const {
@@ -87,9 +95,9 @@ bool NoiseCheck::hopeless(const AcceptanceSettings& settings) const {
 }
 
 KnownNoise NoiseCheck::known(const AcceptanceSettings& settings) const {
-  if (!base_) return {near_, hopeless(settings)};
-  if (*correlation_ > settings.most_correlation) return {{}, hopeless(settings)};
-  return {base_->noise, false};
+  if (!base_) return {known_.likeliest, known_.model, hopeless(settings)};
+  if (*correlation_ > settings.most_correlation) return {{}, {}, hopeless(settings)};
+  return {base_->noise, base_->model, false};
 }
 
 double NoiseCheck::more_values(const Model& with, const Model& without) const {
@@ -273,12 +281,35 @@ double NoiseCheck::loss_alone(const std::vector<Record>& pieces) const {
 bool NoiseCheck::is_one_for_all(const AcceptanceSettings& settings) {
   constexpr int kNoiseValues = 4;  // density, two poles, and the sensor's variance
   if (records_.validation.empty() || !noise_can_be_all(settings)) return false;
+  if (one_for_all_) return *one_for_all_;
   const std::array parts{&records_.estimation, &records_.validation};
   std::array<double, parts.size()> alone{};
   for_each_job(static_cast<int>(parts.size()), [&](int i) { alone[i] = loss_alone(*parts[i]); });
   const double gain = base_->loss - alone[0] - alone[1];
   const auto more = static_cast<double>(base_->model.unknowns().size() + kNoiseValues);
-  return std::isfinite(gain) && chi_square_tail(2.0 * std::max(0.0, gain), more) > settings.most_p;
+  one_for_all_ =
+      std::isfinite(gain) && chi_square_tail(2.0 * std::max(0.0, gain), more) > settings.most_p;
+  return *one_for_all_;
+}
+
+std::optional<LikeliestFit> NoiseCheck::likeliest_fit(const Model& given,
+                                                      const AcceptanceSettings& settings) {
+  if (!noise_can_be_all(settings)) return {};
+  FoundMinimum other = likeliest_near_base(with_values(base_->model, given));
+  if (other.loss < base_->loss) {
+    base_ = std::move(other);
+    one_for_all_.reset();
+  }
+  if (!records_.validation.empty() && !is_one_for_all(settings)) return {};
+  const OutputError::Evaluation at = errors_at(*base_, true);
+  if (!at.valid) return {};
+  const auto measured = static_cast<double>((at.r.array() != 0.0).count());
+  const double variance = at.r.squaredNorm() / (measured - static_cast<double>(at.J.cols()));
+  const auto unknowns = static_cast<Eigen::Index>(base_->model.unknowns().size());
+  LikeliestFit fit{base_->model, base_->x0,
+                   variance * inverse_information(at.J).topLeftCorner(unknowns, unknowns)};
+  fit.x0.resize(records_.estimation.size());
+  return fit;
 }
 
 std::vector<Stead> NoiseCheck::instead(const Model& rest, const std::vector<Refit>& rivals,
@@ -304,18 +335,15 @@ std::vector<Stead> NoiseCheck::instead(const Model& rest, const std::vector<Refi
 
 bool NoiseCheck::is_as_likely(const Model& rest, const AcceptanceSettings& settings) {
   if (!noise_can_be_all(settings)) return false;
-  Model with = now_.fit.model;
+  const Model& with = now_.fit.model;
   const FoundMinimum without = likeliest_near_base(rest);
   const auto may_be_chance = [&](double loss) {
     return chi_square_tail(2.0 * std::max(0.0, without.loss - loss), more_values(with, rest)) >
            settings.most_p;
   };
   if (!may_be_chance(base_->loss)) return false;
-  for (const int i : rest.unknowns()) {  // once more from where the arm is likeliest without it
-    const Parameter& p = without.model.parameters[i];
-    with.parameter(p.name).value = p.value;
-  }
-  return may_be_chance(likeliest_near_base(with).loss);
+  // Once more from where the arm is likeliest without it.
+  return may_be_chance(likeliest_near_base(with_values(with, without.model)).loss);
 }
 
 }  // namespace armukf

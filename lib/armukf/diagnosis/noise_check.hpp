@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <functional>
 #include <optional>
 #include <string>
@@ -29,7 +30,15 @@ struct Stead {
 /// What is known of the noise in the records of a model, or of nearly the same one.
 struct KnownNoise {
   std::optional<FilterNoise> likeliest = {};  // where it can be all that the model leaves
+  std::optional<Model> model = {};            // with the values that are likeliest with it
   bool hopeless = false;                      // it explains far too little of that
+};
+
+/// A model with the values that make records likeliest.
+struct LikeliestFit {
+  Model model;
+  StatesOfPieces x0;           // of the estimation pieces
+  Eigen::MatrixXd covariance;  // of its unknowns
 };
 
 /// Whether noise alone explains what an effect seems to.
@@ -75,6 +84,14 @@ class NoiseCheck {
   /// cannot be all, or nothing validates.
   bool is_one_for_all(const AcceptanceSettings& settings);
 
+  /// The model as it stands with the values that make all records likeliest, those that validate as
+  /// well; its deviations by the information that they hold. Where noise is all that is left no
+  /// estimate has smaller ones. Nothing where it cannot be all, or where one model is not enough
+  /// for all records. given: another start of the values that both have unknown, since fits may
+  /// have led the arm into a poor minimum. Source: L. Ljung, "System Identification", 2nd ed. 1999,
+  /// sections 7.4, 9.3.
+  std::optional<LikeliestFit> likeliest_fit(const Model& given, const AcceptanceSettings& settings);
+
   /// By what has been asked.
   KnownNoise known(const AcceptanceSettings& settings) const;
 
@@ -97,6 +114,9 @@ class NoiseCheck {
 
   /// The least -ln of the likelihood of those pieces alone, from the base on.
   double loss_alone(const std::vector<Record>& pieces) const;
+
+  /// The model as it stands, from there on and from what is known of it.
+  void look_for_base(const std::optional<FilterNoise>& near, const AcceptanceSettings& settings);
 
   /// From that model on, the noise near to the base's. ends: as of likeliest().
   FoundMinimum likeliest_near_base(const Model& start,
@@ -131,9 +151,10 @@ class NoiseCheck {
   const Explained& now_;
   const TraceRecords& records_;
   std::vector<Record> pieces_;
-  std::optional<FilterNoise> near_;  // of nearly the same model
+  KnownNoise known_;  // of nearly the same model
   std::optional<FoundMinimum> base_;
   std::optional<double> correlation_;  // of what the base leaves
+  std::optional<bool> one_for_all_;    // once it has been asked
 };
 
 }  // namespace armukf

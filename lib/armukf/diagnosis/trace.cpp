@@ -314,7 +314,9 @@ Standing with_effect(const Standing& before, const Named& chosen, const Completi
   with.slow_first = fit.density == kSlowDensity;
   if (with.slow_first) hold(before.now.fit.model, fit, with.held);
   const bool bent = most_help(refit.evidence.witnesses.front()) > kMuch;
-  with.now = best_explained(fit, bent ? first.restarts : first.minima, records);
+  std::vector<ForesightFit> bases = bent ? first.restarts : first.minima;
+  if (chosen.noise.model) bases.emplace_back().model = *chosen.noise.model;
+  with.now = best_explained(fit, bases, records);
   with.noise = chosen.noise;
   with.noise.hopeless = is_hopeless_as_well(chosen.noise, refit.explained, with.now);
   go_on_from_now(with, records);
@@ -471,13 +473,18 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
             diagnosis.judges,
             fmt::format("the model fitted to {}", records.estimation.front().name));
   say("what is left", 0.95);
-  diagnosis.after = with_deviations_by_blocks(simulated, records);
+  const Explained with_held = set_free(now, search.standing.held);
+  NoiseCheck noise(with_held, records, search.standing.noise);
+  std::optional<FittedModel> of_all;
+  if (!diagnosis.effects.empty()) of_all = likeliest(noise, model, records, settings.acceptance);
+  diagnosis.of_all_records = of_all && !records.validation.empty();
+  diagnosis.after = of_all ? *of_all : with_deviations_by_blocks(simulated, records);
   diagnosis.after_validation = simulated.validation;
   const bool angle = model.has_angle() || simulated.estimation.model.has_angle();
   const std::array<std::pair<const FittedModel*, const std::vector<Record>*>, 4> compared{
       {{&diagnosis.base.best, &records.estimation},
        {&diagnosis.base_validation, &diagnosis.judges},
-       {&simulated.estimation, &records.estimation},
+       {&diagnosis.after, &records.estimation},
        {&simulated.validation, &diagnosis.judges}}};
   const std::array<Measures*, compared.size()> measures{
       &diagnosis.before_estimation, &diagnosis.before_validation, &diagnosis.after_estimation,
@@ -486,15 +493,14 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
     const auto& [fit, pieces] = compared[i];
     *measures[i] = measures_of(*fit, *pieces, angle, records.propagation);
   });
-  diagnosis.unexplained =
-      left_of(diagnosis.effects.empty() ? likelier(simulated.estimation, now, records)
-                                        : simulated.estimation,
-              records.estimation, records.propagation);
+  diagnosis.unexplained = left_of(
+      diagnosis.effects.empty() ? likelier(simulated.estimation, now, records) : diagnosis.after,
+      records.estimation, records.propagation);
   const std::vector<std::string> there = more_left(simulated, records);
   std::ranges::copy(there, std::back_inserter(diagnosis.unexplained));
   diagnosis.consistency = consistency_of(now, records);
   const auto same_in_all = [&] {
-    return NoiseCheck(now, records, search.standing.noise).is_one_for_all(settings.acceptance) ||
+    return noise.is_one_for_all(settings.acceptance) ||
            one_for_all(now, model, records, settings.acceptance);
   };
   for (std::string& text : disagreements(diagnosis.consistency, now.fit.model, same_in_all))

@@ -185,6 +185,10 @@ std::string measures_text(const Diagnosis& d) {
   rows("estimation", d.before_estimation, d.after_estimation);
   rows(d.validated ? "validation" : "blocks left out", d.before_validation,
        d.after_validation_measures);
+  if (d.of_all_records)
+    text +=
+        "  values: those that make all records likeliest together; before that, on the validation\n"
+        "  record, those fitted to the estimation record alone\n";
   return text;
 }
 
@@ -252,6 +256,7 @@ Json diagnosis_json(const DiagnosisSummary& s) {
   Json consistency = Json::array();
   for (const Consistency& c : d.consistency) consistency.push_back(consistency_json(c));
   Json files{{"estimation", fitted_text(s)}, {"validation", judges_text(s)}};
+  files["values_fitted_to"] = d.of_all_records ? "estimation and validation" : "estimation";
   if (d.of_validation) files["shows_nothing"] = s.estimation;
   Json json{{"files", files},
             {"base_fit", {{"starts", d.base.starts()}, {"starts_agreeing", d.base.agreeing()}}},
