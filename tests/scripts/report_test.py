@@ -216,6 +216,12 @@ class Words(unittest.TestCase):
         found = {**made_up.found(), "base_fit": {"starts": 4, "starts_agreeing": 1}}
         self.assertIn("end apart", words.lead(found)[1][1])
 
+    def test_it_tells_what_the_values_were_fitted_to(self):
+        found = made_up.found()
+        self.assertNotIn("all records together", words.lead(found)[1][1])
+        found["files"]["values_fitted_to"] = "estimation and validation"
+        self.assertIn("its values were fitted to all records together", words.lead(found)[1][1])
+
     def test_every_effect_of_the_manual_has_plain_words(self):
         named = set(re.findall(r"^### (\w+)$", EFFECTS.read_text(encoding="utf-8"), re.M))
         self.assertEqual(named, set(words.PLAIN))

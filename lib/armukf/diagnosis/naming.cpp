@@ -146,10 +146,9 @@ Named named(const Refit& chosen, std::vector<Refit>& refits, const Model& before
   const Explained with = set_free(chosen.explained, held);
   NoiseCheck check(with, records, noise);
   const std::vector<Stead> steads = check.instead(set_free(before, held), others, settings);
-  if (steads.empty())
-    return {&chosen, rivals(chosen, refits), others, false, check.known(settings)};
-  const Refit* best = &chosen;
   KnownNoise known = check.known(settings);
+  if (steads.empty()) return {&chosen, rivals(chosen, refits), others, false, known};
+  const Refit* best = &chosen;
   const Stead& likeliest = steads.front();
   if (is_likelier(likeliest) && likeliest.rival->refusal.empty() &&
       (is_surely_likelier(likeliest, settings) ||

@@ -86,8 +86,13 @@ void NoiseCheck::look_for_base(const std::optional<FilterNoise>& near,
       return correlation_at(so_far) > settings.hopeless_correlation;
     });
   });
-  base_ = std::move(*std::ranges::min_element(found, {}, &FoundMinimum::loss));
-  correlation_ = correlation_at(*base_);
+  take_for_base(std::move(*std::ranges::min_element(found, {}, &FoundMinimum::loss)));
+}
+
+void NoiseCheck::take_for_base(FoundMinimum found) {
+  correlation_ = correlation_at(found);
+  base_ = std::move(found);
+  one_for_all_.reset();
 }
 
 bool NoiseCheck::hopeless(const AcceptanceSettings& settings) const {
@@ -296,10 +301,8 @@ std::optional<LikeliestFit> NoiseCheck::likeliest_fit(const Model& given,
                                                       const AcceptanceSettings& settings) {
   if (!noise_can_be_all(settings)) return {};
   FoundMinimum other = likeliest_near_base(with_values(base_->model, given));
-  if (other.loss < base_->loss) {
-    base_ = std::move(other);
-    one_for_all_.reset();
-  }
+  if (other.loss < base_->loss) take_for_base(std::move(other));
+  if (!noise_can_be_all(settings)) return {};
   if (!records_.validation.empty() && !is_one_for_all(settings)) return {};
   const OutputError::Evaluation at = errors_at(*base_, true);
   if (!at.valid) return {};

@@ -118,6 +118,9 @@ class NoiseCheck {
   /// The model as it stands, from there on and from what is known of it.
   void look_for_base(const std::optional<FilterNoise>& near, const AcceptanceSettings& settings);
 
+  /// With what is told of it.
+  void take_for_base(FoundMinimum found);
+
   /// From that model on, the noise near to the base's. ends: as of likeliest().
   FoundMinimum likeliest_near_base(const Model& start,
                                    const std::function<bool(const FoundMinimum&)>& ends = {}) const;

@@ -203,7 +203,8 @@ def diagnose(record: Record, validate: Records = (), model: ModelSource = None, 
 
     validate: other records of the same arm that judge; without them blocks of the record do that are left
     out in turn. Where noise is all that the completed model leaves, and one model explains all records, its
-    values in the end are those that make all of them likeliest. progress is told the stage and the share that is done. Takes a minute or so.
+    values in the end are those that make all of them likeliest. progress is told the stage and the share that
+    is done. Takes a minute or so.
     """
     _whole(1, most_effects=most_effects)
     _whole(0, threads=threads)
