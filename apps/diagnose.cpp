@@ -101,9 +101,9 @@ void add_diagnose(CLI::App& program) {
       "diagnose", "Find what the model lacks, name it, add it, and report before and after");
   command.footer(
       "FILE is fitted, validation records only judge; in any case blocks of FILE do, an eighth\n"
-      "each, that are left out of the fit in turn. Where effects are found, noise is all that is\n"
-      "left, and one model explains all records, its values are those that make all of them\n"
-      "likeliest; what is told of the validation records is from before that.\n"
+      "each, that are left out of the fit in turn. Where noise is all that is left, and one model\n"
+      "explains all records, its values are those that make all of them likeliest; what is told\n"
+      "of the validation records is from before that.\n"
       "Every effect is fitted to the predictions one sample ahead, and accepted where its size is\n"
       "far from none and where predictions of 200, 2000 or 8000 samples from past measurements\n"
       "alone get better, in every judge and on most parts of it. p-values count all that was\n"

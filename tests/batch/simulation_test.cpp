@@ -218,6 +218,18 @@ TEST(Simulate, FollowsTheMeasuredAngleOrItsOwn) {
   for (std::size_t k = 0; k < free.size(); ++k) EXPECT_NEAR(own[k], free[k], 1e-2) << k;
 }
 
+/// A ripple of a fifth shifts the angle that the shown speed adds up to by 0.2 rad to and fro.
+TEST(Simulate, FollowsAnAngleThatOnlyTheMotorTurns) {
+  Model model = with_effect("speed_ripple");
+  model.parameter("speed_ripple").value = 0.2;
+  std::vector<Sample> samples = sines(2000);
+  const std::vector<double> x0 = start_of(model);
+  const std::vector<double> free = simulate(model, x0, samples, {}, Angles::kSimulated);
+  for (std::size_t k = 0; k < free.size(); ++k) samples[k].y = free[k];
+  const std::vector<double> own = simulate(model, x0, samples, {});
+  for (std::size_t k = 0; k < free.size(); ++k) EXPECT_NEAR(own[k], free[k], 2e-3) << k;
+}
+
 TEST(Simulate, OfAModelWithoutAnAngleIsFreeAnyhow) {
   for (const std::string_view name : effect_names()) {
     const Model model = with_effect(name);

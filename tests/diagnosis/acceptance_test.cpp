@@ -133,6 +133,15 @@ TEST(Acceptance, RefusesAShapeThatIsPressedAgainstItsBound) {
   EXPECT_NE(refusal(evidence, {}).find("mode_motor_damping"), std::string::npos);
 }
 
+TEST(Acceptance, KnowsWhatDoesNotCountWhateverPredictionsSay) {
+  Evidence worse = lower_at(kNear, -0.2);
+  EXPECT_NE(refusal(worse, {}), "");
+  EXPECT_EQ(refusal_by_itself(worse, {}), "");
+  worse.p_value = 0.5;
+  EXPECT_EQ(refusal_by_itself(worse, {}), refusal(worse, {}));
+  EXPECT_NE(refusal_by_itself(worse, {}), "");
+}
+
 TEST(Acceptance, RefusesWhatLeavesLittleToBeToldOfWhatWasFound) {
   Evidence evidence = lower_at(kMiddle, 0.2);
   evidence.blurred = "torque_bias";

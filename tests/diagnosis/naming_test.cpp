@@ -123,6 +123,7 @@ TEST(Named, IsWhatMakesTheRecordsLikelier) {
 
 TEST(Named, IsNotWhatDoesNotCountByItself) {
   Round round;
+  round.refits[1].evidence.p_value = 0.5;
   round.refits[1].refusal = "its size may be chance";
   EXPECT_EQ(round.named(0).refit, &round.refits[0]);
 }
@@ -135,6 +136,14 @@ TEST(Named, IsWhatASteadyLikelihoodSaysAgainstPredictions) {
   EXPECT_EQ(round.named(0).refit, &round.refits[1]);
 }
 
+TEST(Named, IsWhatASteadyLikelihoodSaysThoughPredictionsHaveRefusedIt) {
+  Round round;
+  for (double& error : round.refits[1].explained.estimation.all) error *= 1.2;
+  round.refits[1].refusal = "makes predictions over 20 samples worse";
+  EXPECT_EQ(round.named(0).refit, &round.refits[1]);
+  EXPECT_EQ(round.refits[1].refusal, "");
+}
+
 TEST(Named, StaysWhereItIsRight) {
   Round round;
   const Named right = round.named(1);
@@ -145,7 +154,36 @@ TEST(Named, StaysWhereItIsRight) {
 TEST(RivalsToWeigh, AreNoneWhereTheLikelihoodHasWeighedThem) {
   Refit chosen = refit_of(published_arm(), kRight, 0.001);
   chosen.evidence.likelihood_gain = 20.0;
-  EXPECT_TRUE(rivals_to_weigh(chosen, {refit_of(published_arm(), kWrong, 0.01)}).empty());
+  EXPECT_TRUE(rivals_to_weigh(chosen, {refit_of(published_arm(), kWrong, 0.01)}, {}).empty());
+}
+
+/// One of that merit, and of that chance.
+Refit rival_of(const std::string& effect, double help, double p_value) {
+  Refit rival = refit_of(published_arm(), effect, 0.01);
+  Witness witness{"all", {}, {}};
+  witness.before.all.fill(1.0);
+  witness.after.all.fill(1.0 - help);
+  rival.evidence.witnesses = {witness};
+  rival.evidence.p_value = p_value;
+  return rival;
+}
+
+TEST(RivalsToWeigh, AreFirstWhatCountsByItself) {
+  Refit chosen = rival_of("torque_gain", 0.5, 1e-6);
+  chosen.shows_at = kMiddle;
+  const std::vector<Refit> refits{
+      chosen,
+      rival_of("thermal_friction", 0.45, 1.0),  // explains nearly as much
+      rival_of("gravity", 0.05, 1.0),           // neither that, nor by itself
+      rival_of("torque_bias", 0.05, 1e-4),      // from a poor start
+      rival_of("torque_bias", 0.1, 1e-4),       // from a better one
+      rival_of("coulomb_asymmetry", 0.2, 1e-3)};
+  std::vector<std::string> names;
+  for (const Refit& rival : rivals_to_weigh(chosen, refits, {}))
+    names.push_back(rival.trial.effect);
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"coulomb_asymmetry", "torque_bias", "thermal_friction"}));
+  EXPECT_EQ(rivals_to_weigh(chosen, refits, {})[1].evidence.witnesses[0].after.all[kMiddle], 0.9);
 }
 
 /// Two effects at once, of that merit.

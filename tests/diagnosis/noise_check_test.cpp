@@ -47,6 +47,29 @@ TEST(NoiseCheck, SaysNothingWhereNoiseCannotBeAll) {
   EXPECT_EQ(refusal(records_of(truth), "torque_bias", 0.01), "");
 }
 
+/// That arm in a minimum far from where its records are likeliest.
+Model in_poor_minimum(Model arm) {
+  arm.parameter("a_g").value = 0.04;
+  arm.parameter("k_a").value = 1000.0;
+  return arm;
+}
+
+/// A fit with an effect may lead the arm out of a poor minimum; that gain is not the effect's.
+TEST(NoiseCheck, RefusesWhatOnlyLeavesAPoorMinimum) {
+  const TraceRecords records = records_of(published_estimate());
+  Model stiff = published_arm();
+  stiff.parameter("k_g1").value = 200.0;
+  stiff.parameter("k_g3").value = 0.0;
+  const Explained poor = standing_at(stiff);
+  const std::string effect = "gear_damping_quadratic";
+  NoiseCheck check(poor, records);
+  ASSERT_TRUE(check.noise_can_be_all({}));
+  const auto k_a = [&] { return check.known({}).model->parameter("k_a").value; };
+  EXPECT_GT(k_a(), 20.0);  // or this tells nothing
+  EXPECT_NE(check.refusal(refit_of(published_estimate(), effect, 1e-3), {{effect, 1.0}}, {}), "");
+  EXPECT_NEAR(k_a(), published_estimate().parameter("k_a").value, 3.0);
+}
+
 /// What is known of nearly the same model shortens the search, and ends where that does.
 TEST(NoiseCheck, GoesOnFromNoiseThatIsKnown) {
   const Explained now = standing_at(published_arm());
@@ -131,6 +154,15 @@ TEST(NoiseCheck, WeighsAWeightByTheRatioThatItWasFittedWith) {
   ASSERT_EQ(steads.size(), 1U);
   EXPECT_GT(steads[0].gain, 3.0);
   EXPECT_NEAR(steads[0].model.parameter("gravity_ratio").value, kRatio, 0.1 * kRatio);
+}
+
+/// A name that has led the arm astray is compared where it is likeliest itself.
+TEST(NoiseCheck, LosesNoNameForAnArmLedAstray) {
+  const Model damped = published_with("gear_damping_quadratic", 0.004);
+  const std::vector<Gain> wrong = gains_instead(records_of(damped), published_estimate(),
+                                                in_poor_minimum(damped), "torque_gain", 0.01);
+  ASSERT_EQ(wrong.size(), 1U);
+  EXPECT_LT(wrong[0].gain, -3.0);
 }
 
 TEST(NoiseCheck, NamesNothingWhereNoiseCannotBeAll) {
@@ -228,14 +260,12 @@ TEST(NoiseCheck, TellsNothingOfAllRecordsWhereNoneValidates) {
 /// Within their deviations of the truth, which are smaller the more records there are.
 TEST(NoiseCheck, TellsTheValuesThatMakeAllRecordsLikeliest) {
   const Model truth = published_estimate();
-  Model poor = truth;  // where a fit may have led the arm
-  poor.parameter("a_g").value = 0.04;
-  poor.parameter("k_a").value = 1000.0;
-  const Explained now = standing_at(poor);
+  const Explained now = standing_at(in_poor_minimum(truth));
   TraceRecords records = records_of_two(1.0, 1);
-  const std::optional<LikeliestFit> of_both = NoiseCheck(now, records).likeliest_fit(truth, {});
+  const std::optional<LikeliestFit> of_both =
+      NoiseCheck(now, records, {}, &truth).likeliest_fit({});
   records.validation.clear();
-  const std::optional<LikeliestFit> of_one = NoiseCheck(now, records).likeliest_fit(truth, {});
+  const std::optional<LikeliestFit> of_one = NoiseCheck(now, records, {}, &truth).likeliest_fit({});
   ASSERT_TRUE(of_both && of_one);
   EXPECT_EQ(of_both->x0.size(), 1U);
   const std::vector<int> unknowns = truth.unknowns();
@@ -250,18 +280,28 @@ TEST(NoiseCheck, TellsTheValuesThatMakeAllRecordsLikeliest) {
 
 TEST(NoiseCheck, TellsNoLikeliestValuesOfArmsThatDifferOrWhereNoiseCannotBeAll) {
   const Explained now = standing_at(published_estimate());
-  EXPECT_FALSE(NoiseCheck(now, records_of_two(1.06, 1)).likeliest_fit(published_arm(), {}));
+  EXPECT_FALSE(NoiseCheck(now, records_of_two(1.06, 1)).likeliest_fit({}));
   const TraceRecords delayed = records_of(published_with("input_delay", 4e-3));
-  EXPECT_FALSE(NoiseCheck(now, delayed).likeliest_fit(published_arm(), {}));
+  EXPECT_FALSE(NoiseCheck(now, delayed).likeliest_fit({}));
+}
+
+/// Where the usual searches have given up.
+TEST(NoiseCheck, LooksFromFarOffWithTheUtmostEffort) {
+  const TraceRecords records = records_of(published_estimate());
+  const Explained poor = standing_at(in_poor_minimum(published_arm()));
+  const Model given = published_arm();
+  EXPECT_FALSE(NoiseCheck(poor, records, {.hopeless = true}, &given).likeliest_fit({}));
+  const std::optional<LikeliestFit> found =
+      NoiseCheck(poor, records, {.hopeless = true}, &given).likeliest_fit({}, Effort::kUtmost);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->model.parameter("k_a").value, published_estimate().parameter("k_a").value,
+              3.0);
 }
 
 /// Where a fit has led the arm into a poor minimum, what was known before leads it out.
 TEST(NoiseCheck, GoesOnFromValuesThatAreKnown) {
   const TraceRecords records = records_of(published_estimate());
-  Model stiff = published_arm();
-  stiff.parameter("a_g").value = 0.04;
-  stiff.parameter("k_a").value = 1000.0;
-  const Explained poor = standing_at(stiff);
+  const Explained poor = standing_at(in_poor_minimum(published_arm()));
   const auto k_a_from = [&](const KnownNoise& known) {
     NoiseCheck check(poor, records, known);
     EXPECT_TRUE(check.noise_can_be_all({}));

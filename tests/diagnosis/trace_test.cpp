@@ -51,6 +51,13 @@ TEST(Trace, FindsNothingWhereNothingIsMissing) {
   EXPECT_TRUE(diagnosis.effects.empty());
   EXPECT_GE(diagnosis.base.agreeing(), 2);
   EXPECT_FALSE(diagnosis.after_estimation.free);
+  EXPECT_TRUE(diagnosis.of_all_records);
+  const Model& after = diagnosis.after.model;
+  for (const ParameterEstimate& estimate : diagnosis.after.parameters) {
+    const Parameter& truth = published_estimate().parameters[estimate.position];
+    EXPECT_NEAR(after.parameters[estimate.position].value, truth.value, 4.0 * estimate.sd)
+        << truth.name;
+  }
 }
 
 TEST(Trace, AddsTheEffectThatIsThereAndEndsAtTheNoise) {

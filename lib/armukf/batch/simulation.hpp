@@ -11,8 +11,9 @@
 
 namespace armukf {
 
-/// What the angles of effects follow in a simulation: the measured speed, since a simulated one
-/// drifts away from whatever repeats with it; or the simulated one, from the start angle on.
+/// What the angles of effects follow in a simulation: the measured speed, less what the model's
+/// sensor shows beside the motor's, since a simulated one drifts away from whatever repeats with
+/// it; or the simulated one, from the start angle on.
 enum class Angles { kMeasured, kSimulated };
 
 /// Motor speed (rad/s) at each sample of a record, from the states x0 (one per state of the model)

@@ -33,12 +33,12 @@ inline double turn_before(const std::vector<Sample>& samples, std::size_t k) {
   return 0.5 * (samples[k - 1].y + samples[k].y) * (samples[k].t - samples[k - 1].t);
 }
 
-/// Moves the angles of x from what they were by the measured turn instead of the simulated one: a
-/// simulated angle would drift away from whatever repeats with it.
+/// Moves the angles of x from what they were by the measured turn (rad) instead of the simulated
+/// one: a simulated angle would drift away from whatever repeats with it.
 template <class T, std::size_t States>
-void follow_motor(const Model& model, const std::array<T, States>& before, double turn,
+void follow_motor(const Model& model, const std::array<T, States>& before, const T& turn,
                   std::array<T, States>& x) {
-  if (std::isnan(turn)) return;
+  if (std::isnan(value_of(turn))) return;
   for (std::size_t i = kArmStates; i < model.states.size(); ++i)
     if (model.states[i].beginning == Beginning::kAngle) x[i] = before[i] + turn;
 }
@@ -69,6 +69,12 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
       y = dynamics.measured(samples[k].t - begin, input(k), x.data());
     return y;
   };
+  const bool more_shown = model.has_angle() && model.acts_on_sensor();
+  const auto shown = [&](std::size_t k) {  // rad/s, by the sensor, of which nothing turns
+    if constexpr (States > kArmStates)
+      if (more_shown) return dynamics.sensed(samples[k].t - begin, input(k), x.data());
+    return T(0.0);
+  };
   constexpr std::size_t kDropped = 16;  // samples between
   T expected(0.0);                      // rad/s, of the sensor's noise
   T torque_noise(0.0);                  // rad/s^2, of the motor
@@ -83,13 +89,16 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
         }
       };
       const std::array<T, States> before = x;
+      const T shown_before = angles == Angles::kMeasured ? shown(k - 1) : T(0.0);
       const double dt = samples[k].t - last.t;
       const bool noisy = !gains.torque_noise.empty();
       if (noisy) x[kMasses[kDrivenMass].speed] += 0.5 * dt * torque_noise;
       propagate(propagation, f, x, last.t - begin, dt, rows);
       if (noisy) x[kMasses[kDrivenMass].speed] += 0.5 * dt * torque_noise;
       if constexpr (States > kArmStates)
-        if (angles == Angles::kMeasured) follow_motor(model, before, turn_before(samples, k), x);
+        if (angles == Angles::kMeasured)
+          follow_motor(model, before,
+                       turn_before(samples, k) - 0.5 * dt * (shown_before + shown(k)), x);
       if (noisy) torque_noise = gains.torque_pole * torque_noise;
     }
     if (!(std::abs(value_of(x[kMeasuredState])) < kRunawaySpeed)) return k;

@@ -116,15 +116,20 @@ Horizon shows_at(const Evidence& e, const AcceptanceSettings& s) {
   return kLast;
 }
 
-std::string refusal(const Evidence& e, const AcceptanceSettings& s) {
+std::string refusal_by_itself(const Evidence& e, const AcceptanceSettings& s) {
   if (!(e.p_value <= s.most_p))
     return fmt::format("its size may be chance: p {:.2g}, given all that was looked at", e.p_value);
   // As of a resonance without damping, which follows a periodic torque from elsewhere.
   if (!e.at_bound.empty())
-    return fmt::format("its {} is at the least that is allowed: nothing is like that", e.at_bound);
+    return fmt::format("its {} that is allowed: nothing is like that", e.at_bound);
   if (e.inflation > s.most_inflation)
     return fmt::format("beside it the records tell {} {:.1f} times less exactly", e.blurred,
                        std::sqrt(e.inflation));
+  return "";
+}
+
+std::string refusal(const Evidence& e, const AcceptanceSettings& s) {
+  if (std::string reason = refusal_by_itself(e, s); !reason.empty()) return reason;
   for (const Witness& w : e.witnesses)
     if (!(w.help(kNear) >= -s.most_harm))
       return fmt::format("makes predictions over {} samples of {} worse by {:.1f} %",

@@ -39,7 +39,7 @@ struct Evidence {
   /// scatters between parts of the records: the likelihood takes the torque's noise for white, and
   /// what has another colour for more than it is.
   double scatter_p = 1.0;
-  std::string at_bound;  // a shape's name that the fit has pressed against its least value
+  std::string at_bound;  // a shape that the fit has pressed against its least or most
   /// What was found before and would be told the least of beside it, and by how much more the
   /// variance of that would be; a law that is learnt may stand for what it contains.
   std::string blurred;
@@ -53,6 +53,11 @@ struct Evidence {
   /// errors' logarithms there and at the one before, over the same witnesses.
   double merit(Horizon horizon) const;
 };
+
+/// Why an effect does not count whatever predictions say of it: its size may be chance, its shape
+/// is like nothing, or beside it the records tell what was found before no more. Empty where it
+/// may.
+std::string refusal_by_itself(const Evidence& evidence, const AcceptanceSettings& settings);
 
 /// Why that does not count as found; empty where it does.
 std::string refusal(const Evidence& evidence, const AcceptanceSettings& settings);

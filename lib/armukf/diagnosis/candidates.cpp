@@ -381,15 +381,19 @@ Explained best_of(std::vector<Halfway> halfway, const TraceRecords& records) {
   return std::move(*best);
 }
 
-/// Name of a shape of an effect that is at its lower bound; empty if none is.
+/// Which shape of an effect is at a bound that nothing real is at; empty if none is. A time may be
+/// as long as it likes: what warms up goes on beyond the record.
 std::string shape_at_bound(const Model& model, const std::string& effect) {
   constexpr double kClose = 0.01;
   const EffectSlot& slot = slot_of(model, effect);
   const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const Parameter& p = model.parameters[slot.first_parameter + i];
-    if (parameters[i].role == Role::kShape && p.lower > 0.0 && p.value < (1.0 + kClose) * p.lower)
-      return p.name;
+    if (parameters[i].role != Role::kShape || p.known) continue;
+    if (p.lower > 0.0 && p.value < (1.0 + kClose) * p.lower) return p.name + " is at the least";
+    if (parameters[i].unit != "s" && parameters[i].nominal < p.upper &&
+        p.value > (1.0 - kClose) * p.upper)
+      return p.name + " is at the most";
   }
   return "";
 }

@@ -274,10 +274,9 @@ FittedModel likelier(const FittedModel& fit, const Explained& foretelling,
   return log_likelihood(other) > log_likelihood(fit) ? other : fit;
 }
 
-std::optional<FittedModel> likeliest(NoiseCheck& noise, const Model& given,
-                                     const TraceRecords& records,
-                                     const AcceptanceSettings& settings) {
-  const std::optional<LikeliestFit> found = noise.likeliest_fit(given, settings);
+std::optional<FittedModel> likeliest(NoiseCheck& noise, const TraceRecords& records,
+                                     const AcceptanceSettings& settings, Effort effort) {
+  const std::optional<LikeliestFit> found = noise.likeliest_fit(settings, effort);
   if (!found) return {};
   return told(placed(found->model, records.estimation, records.propagation, found->x0),
               found->model.unknowns(), found->covariance);

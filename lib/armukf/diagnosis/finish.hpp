@@ -44,9 +44,8 @@ FittedModel likelier(const FittedModel& fit, const Explained& foretelling,
 
 /// The model with the values that make all records likeliest (NoiseCheck::likeliest_fit), on the
 /// estimation pieces; nothing where these do not tell them best.
-std::optional<FittedModel> likeliest(NoiseCheck& noise, const Model& given,
-                                     const TraceRecords& records,
-                                     const AcceptanceSettings& settings);
+std::optional<FittedModel> likeliest(NoiseCheck& noise, const TraceRecords& records,
+                                     const AcceptanceSettings& settings, Effort effort);
 
 /// What judges, the validation record or each block by the model as it is fitted to the others, and
 /// how the fitted model does there.

@@ -71,11 +71,11 @@ bool is_likelier(const Stead& stead) {
 }
 
 /// Whether the likelihood is as sure of it as an effect's help has to be. Predictions over several
-/// samples, which know the torque that a controller answers the noise with, then say nothing: they
-/// like a torque constant that is too small, since the torque makes good for noise that they do not
-/// know.
+/// samples, which know the torque that a controller answers the noise with, then say nothing, nor
+/// do they where they have refused it: they like a torque constant that is too small, since the
+/// torque makes good for noise that they do not know.
 bool is_surely_likelier(const Stead& stead, const AcceptanceSettings& settings) {
-  return is_likelier(stead) && stead.rival->refusal.empty() &&
+  return is_likelier(stead) && refusal_by_itself(stead.rival->evidence, settings).empty() &&
          stead.steadiness >= settings.least_steadiness;
 }
 
@@ -108,19 +108,27 @@ std::vector<std::string> rivals(const Refit& chosen, const std::vector<Refit>& r
   return names;
 }
 
-std::vector<Refit> rivals_to_weigh(const Refit& chosen, const std::vector<Refit>& refits) {
-  constexpr std::size_t kMost = 4;
+std::vector<Refit> rivals_to_weigh(const Refit& chosen, const std::vector<Refit>& refits,
+                                   const AcceptanceSettings& settings) {
+  constexpr std::size_t kMost = 5;
   std::vector<Refit> rivals;
   if (chosen.evidence.likelihood_gain) return rivals;  // they have been weighed
+  const auto merit = [&](const Refit& refit) { return refit.evidence.merit(chosen.shows_at); };
+  const auto may_count = [&](const Refit& refit) {
+    return refusal_by_itself(refit.evidence, settings).empty();
+  };
+  std::vector<const Refit*> others;
+  for (const Refit& refit : refits)
+    if (!is_learnt_law(refit.trial.model.effects.back().effect) &&
+        (may_count(refit) || merit(refit) > kAThird * merit(chosen)))
+      others.push_back(&refit);
+  std::ranges::stable_sort(others, std::greater{}, [&](const Refit* refit) {
+    return std::pair(may_count(*refit), merit(*refit));
+  });
   std::set<std::string> families{family_of(chosen.trial.effect)};
-  for (const Refit& refit : refits) {
-    const double merit = refit.evidence.merit(chosen.shows_at);
-    if (is_learnt_law(refit.trial.model.effects.back().effect) ||
-        !(merit > kAThird * chosen.evidence.merit(chosen.shows_at)))
-      continue;
-    if (families.insert(family_of(refit.trial.effect)).second) rivals.push_back(refit);
-    if (rivals.size() == kMost) break;
-  }
+  for (const Refit* refit : others)
+    if (rivals.size() < kMost && families.insert(family_of(refit->trial.effect)).second)
+      rivals.push_back(*refit);
   return rivals;
 }
 
@@ -141,26 +149,30 @@ Rivals rivals_beside(const Refit& chosen, const std::vector<Refit>& pairs) {
 Named named(const Refit& chosen, std::vector<Refit>& refits, const Model& before, const Held& held,
             const TraceRecords& records, const AcceptanceSettings& settings,
             const KnownNoise& noise) {
-  const std::vector<Refit> others = rivals_to_weigh(chosen, refits);
+  const std::vector<Refit> others = rivals_to_weigh(chosen, refits, settings);
   if (others.empty()) return {&chosen, rivals(chosen, refits), others, false};
   const Explained with = set_free(chosen.explained, held);
   NoiseCheck check(with, records, noise);
   const std::vector<Stead> steads = check.instead(set_free(before, held), others, settings);
   KnownNoise known = check.known(settings);
   if (steads.empty()) return {&chosen, rivals(chosen, refits), others, false, known};
+  const auto may_count = [&](const Stead& stead) {
+    return is_surely_likelier(stead, settings) ||
+           (is_likelier(stead) && stead.rival->refusal.empty() &&
+            as_well(stead.rival->explained, chosen.explained, kNear, !records.validation.empty(),
+                    settings.most_harm));
+  };
   const Refit* best = &chosen;
-  const Stead& likeliest = steads.front();
-  if (is_likelier(likeliest) && likeliest.rival->refusal.empty() &&
-      (is_surely_likelier(likeliest, settings) ||
-       as_well(likeliest.rival->explained, chosen.explained, kNear, !records.validation.empty(),
-               settings.most_harm))) {
-    best = &*std::ranges::find_if(refits,
-                                  [&](const Refit& r) { return is_same(r, *likeliest.rival); });
-    refits[&chosen - refits.data()].refusal = likelier_than(*best);
-    known.model = likeliest.model;
+  if (const auto likeliest = std::ranges::find_if(steads, may_count); likeliest != steads.end()) {
+    Refit& refit = *std::ranges::find_if(
+        refits, [&](const Refit& r) { return is_same(r, *likeliest->rival); });
+    refits[&chosen - refits.data()].refusal = likelier_than(refit);
+    refit.refusal.clear();
+    best = &refit;
+    known.model = likeliest->model;
   }
   return {best, nearly_as_likely(best->trial.effect, chosen.trial.effect, steads),
-          rivals_to_weigh(*best, refits), true, known};
+          rivals_to_weigh(*best, refits, settings), true, known};
 }
 
 void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& records,

@@ -24,8 +24,10 @@ std::vector<std::string> rivals(const Refit& chosen, const std::vector<Refit>& r
 /// Judged beside an effect that was found, by its name, and maybe what it is.
 using Rivals = std::map<std::string, std::vector<Refit>>;
 
-/// Of a round: what explains at least a third as much as the chosen one. A learnt law is no name.
-std::vector<Refit> rivals_to_weigh(const Refit& chosen, const std::vector<Refit>& refits);
+/// Of a round: what counts by itself, since a fit from a poor start explains little, most merit
+/// first; then what explains at least a third as much as the chosen one. A learnt law is no name.
+std::vector<Refit> rivals_to_weigh(const Refit& chosen, const std::vector<Refit>& refits,
+                                   const AcceptanceSettings& settings);
 
 /// The same of each of two effects that were found together: what was fitted beside the other one
 /// in its place.

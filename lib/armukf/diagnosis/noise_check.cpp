@@ -61,8 +61,9 @@ std::function<bool(const FoundMinimum&)> falls_behind(double loss) {
 
 }  // namespace
 
-NoiseCheck::NoiseCheck(const Explained& now, const TraceRecords& records, const KnownNoise& known)
-    : now_(now), records_(records), pieces_(records.estimation), known_(known) {
+NoiseCheck::NoiseCheck(const Explained& now, const TraceRecords& records, const KnownNoise& known,
+                       const Model* given)
+    : now_(now), records_(records), pieces_(records.estimation), known_(known), given_(given) {
   if (known.hopeless) correlation_ = kInfinite;
   pieces_.insert(pieces_.end(), records.validation.begin(), records.validation.end());
 }
@@ -70,15 +71,21 @@ NoiseCheck::NoiseCheck(const Explained& now, const TraceRecords& records, const 
 bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
   const auto can_be_all = [&] { return *correlation_ <= settings.most_correlation; };
   if (correlation_) return can_be_all();
-  if (known_.likeliest) look_for_base(known_.likeliest, settings);
-  if (!known_.likeliest || !can_be_all()) look_for_base({}, settings);
+  const Model& model = now_.fit.model;
+  if (known_.likeliest) {
+    std::vector<Model> starts{model};
+    if (known_.model) starts.push_back(with_values(model, *known_.model));
+    look_for_base(starts, known_.likeliest, settings);
+  }
+  if (!known_.likeliest || !can_be_all()) look_for_base({model}, {}, settings);
+  if (given_ != nullptr && !can_be_all())
+    look_for_base({with_values(model, *given_)}, {}, settings);
   return can_be_all();
 }
 
-void NoiseCheck::look_for_base(const std::optional<FilterNoise>& near,
+void NoiseCheck::look_for_base(const std::vector<Model>& starts,
+                               const std::optional<FilterNoise>& near,
                                const AcceptanceSettings& settings) {
-  std::vector<Model> starts{now_.fit.model};
-  if (near && known_.model) starts.push_back(with_values(now_.fit.model, *known_.model));
   std::vector<FoundMinimum> found(starts.size());
   for_each_job(static_cast<int>(starts.size()), [&](int i) {
     const StatesOfPieces x0 = states_before(starts[i], pieces_, records_.propagation);
@@ -165,29 +172,53 @@ FoundMinimum NoiseCheck::likeliest_near_base(
 std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
                                 const AcceptanceSettings& settings) {
   if (!noise_can_be_all(settings)) return "";
-  const std::array starts{refit.explained.fit.model,
-                          with_values(refit.explained.fit.model, base_->model)};
-  const double more = more_values(refit.explained.fit.model, now_.fit.model);
+  const Model& with = refit.explained.fit.model;
+  const double more = more_values(with, now_.fit.model);
   const auto p_of = [&](double gain) {
     return corrected(chi_square_tail(2.0 * std::max(0.0, gain), more), refit.trial, looks);
   };
-  std::array<double, starts.size()> losses{};
-  std::atomic<bool> beyond_chance = false;  // no search can make that less
-  for_each_job(static_cast<int>(starts.size()), [&](int i) {
-    if (beyond_chance) return;
-    const auto ends = [&](const FoundMinimum& found) {
-      if (p_of(base_->loss - found.loss) <= settings.most_p) beyond_chance = true;
-      return beyond_chance.load();
-    };
-    losses[i] = likeliest_near_base(starts[i], ends).loss;
-  });
-  if (beyond_chance) return "";
-  const double gain = base_->loss - *std::ranges::min_element(losses);
-  const double p = p_of(gain);
+  double gain = 0.0;
+  const auto beyond_chance = [&] {
+    const std::array starts{with, with_values(with, base_->model)};
+    std::array<double, starts.size()> losses{};
+    std::atomic<bool> beyond = false;  // no search can make that less
+    for_each_job(static_cast<int>(starts.size()), [&](int i) {
+      losses[i] = kInfinite;
+      if (beyond) return;
+      const auto ends = [&](const FoundMinimum& found) {
+        if (p_of(base_->loss - found.loss) <= settings.most_p) beyond = true;
+        return beyond.load();
+      };
+      losses[i] = likeliest_near_base(starts[i], ends).loss;
+    });
+    gain = base_->loss - *std::ranges::min_element(losses);
+    return beyond.load();
+  };
+  if (beyond_chance() && (!leaves_poor_minimum(with) || beyond_chance())) return "";
   return fmt::format(
       "noise of torque and sensor explains as much: with it the log-likelihood is {:.1f} higher "
       "one sample ahead, p {:.2g}",
-      gain, p);
+      gain, p_of(gain));
+}
+
+bool NoiseCheck::leaves_poor_minimum(const Model& with) {
+  constexpr double kLikelier = 0.5;  // nats
+  const Model& model = now_.fit.model;
+  const double before = base_->loss;
+  std::array<FoundMinimum, 2> found;
+  for_each_job(static_cast<int>(found.size()), [&](int i) {
+    if (i == 0) {
+      found[i] = likeliest_near_base(with_values(model, with));
+    } else if (given_ != nullptr && !looked_from_given_) {
+      const Model start = with_values(model, *given_);
+      found[i] = likeliest(start, states_before(start, pieces_, records_.propagation), {});
+    }
+  });
+  looked_from_given_ = true;
+  FoundMinimum& best = *std::ranges::min_element(found, {}, &FoundMinimum::loss);
+  if (!(best.loss < before - kLikelier)) return false;
+  take_for_base(std::move(best));
+  return true;
 }
 
 std::vector<NoiseCheck::Promise> NoiseCheck::promising(const std::vector<Trial>& trials,
@@ -297,13 +328,23 @@ bool NoiseCheck::is_one_for_all(const AcceptanceSettings& settings) {
   return *one_for_all_;
 }
 
-std::optional<LikeliestFit> NoiseCheck::likeliest_fit(const Model& given,
-                                                      const AcceptanceSettings& settings) {
-  if (!noise_can_be_all(settings)) return {};
-  FoundMinimum other = likeliest_near_base(with_values(base_->model, given));
-  if (other.loss < base_->loss) take_for_base(std::move(other));
-  if (!noise_can_be_all(settings)) return {};
-  if (!records_.validation.empty() && !is_one_for_all(settings)) return {};
+std::optional<LikeliestFit> NoiseCheck::likeliest_fit(const AcceptanceSettings& settings,
+                                                      Effort effort) {
+  const auto is_told = [&] {
+    return noise_can_be_all(settings) && (records_.validation.empty() || is_one_for_all(settings));
+  };
+  const Model from_given =
+      given_ == nullptr ? now_.fit.model : with_values(now_.fit.model, *given_);
+  const auto go_on_from = [&](FoundMinimum other) {
+    if (!base_ || other.loss < base_->loss) take_for_base(std::move(other));
+  };
+  const bool may_be_all = noise_can_be_all(settings);
+  if (may_be_all) go_on_from(likeliest_near_base(from_given));
+  if (!is_told() && (may_be_all || effort == Effort::kUtmost))
+    go_on_from(searched_for_predictions(
+        from_given, states_before(from_given, pieces_, records_.propagation),
+        task_of(prediction_choice(from_given), pieces_, records_.propagation)));
+  if (!is_told()) return {};
   const OutputError::Evaluation at = errors_at(*base_, true);
   if (!at.valid) return {};
   const auto measured = static_cast<double>((at.r.array() != 0.0).count());
@@ -315,22 +356,45 @@ std::optional<LikeliestFit> NoiseCheck::likeliest_fit(const Model& given,
   return fit;
 }
 
+std::vector<FoundMinimum> NoiseCheck::likeliest_in_its_stead(const Model& rest,
+                                                             const std::vector<Refit>& rivals) {
+  const auto count = static_cast<int>(rivals.size());
+  std::vector<FoundMinimum> found(rivals.size());
+  std::vector<Model> starts;
+  for (const Refit& rival : rivals) starts.push_back(with_rival(rest, rival));
+  const auto search_from = [&](const Model& arm, double to_beat) {
+    std::vector<FoundMinimum> again(rivals.size());
+    for_each_job(count, [&](int i) {
+      again[i] = likeliest_near_base(with_values(starts[i], arm), falls_behind(to_beat));
+    });
+    for (int i = 0; i < count; ++i)
+      if (!found[i].any() || again[i].loss < found[i].loss) found[i] = std::move(again[i]);
+  };
+  search_from(rest, base_->loss);
+  search_from(base_->model, base_->loss);
+  const auto leader = std::ranges::min_element(found, {}, &FoundMinimum::loss);
+  if (leader == found.end() || !(leader->loss < base_->loss)) return found;
+  const Model arm = with_values(rest, leader->model);
+  FoundMinimum base = likeliest_near_base(with_values(base_->model, arm));
+  if (base.loss < base_->loss) take_for_base(std::move(base));
+  search_from(arm, std::min(base_->loss, leader->loss));
+  return found;
+}
+
 std::vector<Stead> NoiseCheck::instead(const Model& rest, const std::vector<Refit>& rivals,
                                        const AcceptanceSettings& settings) {
   if (!noise_can_be_all(settings)) return {};
-  const auto count = static_cast<int>(rivals.size());
+  const std::vector<FoundMinimum> found = likeliest_in_its_stead(rest, rivals);
   const std::vector<double> before = likelihoods_of_parts(*base_);
   std::vector<Stead> steads(rivals.size());
-  for_each_job(count, [&](int i) {
-    FoundMinimum found =
-        likeliest_near_base(with_rival(rest, rivals[i]), falls_behind(base_->loss));
-    const double more = more_values(found.model, now_.fit.model);
-    std::vector<double> gains = likelihoods_of_parts(found);
+  for_each_job(static_cast<int>(rivals.size()), [&](int i) {
+    const FoundMinimum& its = found[i];
+    const double more = more_values(its.model, now_.fit.model);
+    std::vector<double> gains = likelihoods_of_parts(its);
     for (std::size_t part = 0; part < gains.size(); ++part)
       gains[part] -= before[part] + more / kScatterParts;
-    found.x0.resize(records_.estimation.size());
-    steads[i] = {&rivals[i], std::move(found.model), std::move(found.x0),
-                 base_->loss - found.loss - more, steadiness(gains)};
+    steads[i] = {&rivals[i], its.model, its.x0, base_->loss - its.loss - more, steadiness(gains)};
+    steads[i].x0.resize(records_.estimation.size());
   });
   std::ranges::stable_sort(steads, std::greater{}, &Stead::gain);
   return steads;

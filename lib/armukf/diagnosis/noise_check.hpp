@@ -41,6 +41,9 @@ struct LikeliestFit {
   Eigen::MatrixXd covariance;  // of its unknowns
 };
 
+/// How far off a minimum is looked for.
+enum class Effort { kUsual, kUtmost };
+
 /// Whether noise alone explains what an effect seems to.
 ///
 /// A controller brings the sensor's noise into the torque, and what the torque's own noise does to
@@ -51,8 +54,11 @@ struct LikeliestFit {
 /// method.
 class NoiseCheck {
  public:
-  /// now: the model as it stands; both must outlive this.
-  NoiseCheck(const Explained& now, const TraceRecords& records, const KnownNoise& known = {});
+  /// now: the model as it stands; given: values that its own may be looked for from as well, where
+  /// from these noise cannot be all, since a fit may have led the arm into a poor minimum. All must
+  /// outlive this.
+  NoiseCheck(const Explained& now, const TraceRecords& records, const KnownNoise& known = {},
+             const Model* given = nullptr);
 
   /// Whether the innovations of the model as it stands, with the likeliest noise, can be noise
   /// alone.
@@ -87,10 +93,11 @@ class NoiseCheck {
   /// The model as it stands with the values that make all records likeliest, those that validate as
   /// well; its deviations by the information that they hold. Where noise is all that is left no
   /// estimate has smaller ones. Nothing where it cannot be all, or where one model is not enough
-  /// for all records. given: another start of the values that both have unknown, since fits may
-  /// have led the arm into a poor minimum. Source: L. Ljung, "System Identification", 2nd ed. 1999,
-  /// sections 7.4, 9.3.
-  std::optional<LikeliestFit> likeliest_fit(const Model& given, const AcceptanceSettings& settings);
+  /// for all records; before that is said of records that noise can be all of, or with the utmost
+  /// effort of any, they are looked for from far off. Source: L. Ljung, "System Identification",
+  /// 2nd ed. 1999, sections 7.4, 9.3.
+  std::optional<LikeliestFit> likeliest_fit(const AcceptanceSettings& settings,
+                                            Effort effort = Effort::kUsual);
 
   /// By what has been asked.
   KnownNoise known(const AcceptanceSettings& settings) const;
@@ -115,11 +122,16 @@ class NoiseCheck {
   /// The least -ln of the likelihood of those pieces alone, from the base on.
   double loss_alone(const std::vector<Record>& pieces) const;
 
-  /// The model as it stands, from there on and from what is known of it.
-  void look_for_base(const std::optional<FilterNoise>& near, const AcceptanceSettings& settings);
+  /// The model as it stands, the likeliest from those starts.
+  void look_for_base(const std::vector<Model>& starts, const std::optional<FilterNoise>& near,
+                     const AcceptanceSettings& settings);
 
   /// With what is told of it.
   void take_for_base(FoundMinimum found);
+
+  /// Whether the base is likelier from where a fit with an effect has led the arm, or from what was
+  /// given: what the effect gained by leaving a poor minimum is not the effect's.
+  bool leaves_poor_minimum(const Model& with);
 
   /// From that model on, the noise near to the base's. ends: as of likeliest().
   FoundMinimum likeliest_near_base(const Model& start,
@@ -132,6 +144,12 @@ class NoiseCheck {
   /// One per promise, also from where the likeliest of all has led the arm: no name loses for
   /// having ended in another minimum.
   std::vector<FoundMinimum> likeliest_of(const std::vector<Promise>& promises) const;
+
+  /// One per rival, on top of the rest; from the arm of the rest, from the base's, and from that of
+  /// the likeliest of all, which the base is then looked for from as well: no name loses for having
+  /// ended in another minimum.
+  std::vector<FoundMinimum> likeliest_in_its_stead(const Model& rest,
+                                                   const std::vector<Refit>& rivals);
 
   /// How many values more the likeliest fit of one model finds than that of another.
   double more_values(const Model& with, const Model& without) const;
@@ -155,6 +173,8 @@ class NoiseCheck {
   const TraceRecords& records_;
   std::vector<Record> pieces_;
   KnownNoise known_;  // of nearly the same model
+  const Model* given_;
+  bool looked_from_given_ = false;  // for the base
   std::optional<FoundMinimum> base_;
   std::optional<double> correlation_;  // of what the base leaves
   std::optional<bool> one_for_all_;    // once it has been asked

@@ -185,7 +185,7 @@ LookedAt looked_for(const Round& round, Standing& standing) {
   const std::vector<Trial> names = without_set_aside(suggested_names);
   std::optional<NoiseCheck> noise;
   const auto check = [&]() -> NoiseCheck& {
-    if (!noise) noise.emplace(now, records, standing.noise);
+    if (!noise) noise.emplace(now, records, standing.noise, &round.given);
     return *noise;
   };
   const auto best = [&] {
@@ -320,6 +320,9 @@ Standing with_effect(const Standing& before, const Named& chosen, const Completi
   with.noise = chosen.noise;
   with.noise.hopeless = is_hopeless_as_well(chosen.noise, refit.explained, with.now);
   go_on_from_now(with, records);
+  if (chosen.noise.model && records.validation_judges())  // fitted to it, but not as a simulation
+    with.error = std::min(with.error,
+                          placed(*chosen.noise.model, records.validation, records.propagation).mse);
   for (FoundEffect& found : std::span(diagnosis.effects).last(refit.trial.beside ? 2 : 1))
     found.mse_reduction_percent = 100.0 * (1.0 - with.error / before.error);
   return with;
@@ -474,9 +477,10 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
             fmt::format("the model fitted to {}", records.estimation.front().name));
   say("what is left", 0.95);
   const Explained with_held = set_free(now, search.standing.held);
-  NoiseCheck noise(with_held, records, search.standing.noise);
-  std::optional<FittedModel> of_all;
-  if (!diagnosis.effects.empty()) of_all = likeliest(noise, model, records, settings.acceptance);
+  NoiseCheck noise(with_held, records, search.standing.noise, &model);
+  const std::optional<FittedModel> of_all =
+      likeliest(noise, records, settings.acceptance,
+                diagnosis.effects.empty() ? Effort::kUtmost : Effort::kUsual);
   diagnosis.of_all_records = of_all && !records.validation.empty();
   diagnosis.after = of_all ? *of_all : with_deviations_by_blocks(simulated, records);
   diagnosis.after_validation = simulated.validation;
@@ -493,10 +497,16 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
     const auto& [fit, pieces] = compared[i];
     *measures[i] = measures_of(*fit, *pieces, angle, records.propagation);
   });
-  diagnosis.unexplained = left_of(
-      diagnosis.effects.empty() ? likelier(simulated.estimation, now, records) : diagnosis.after,
-      records.estimation, records.propagation);
-  const std::vector<std::string> there = more_left(simulated, records);
+  diagnosis.unexplained =
+      left_of(of_all || !diagnosis.effects.empty() ? diagnosis.after
+                                                   : likelier(simulated.estimation, now, records),
+              records.estimation, records.propagation);
+  // Where one model without an effect makes all records likeliest, what a plain simulation was
+  // fitted to tells no more.
+  const std::vector<std::string> there =
+      more_left(of_all && diagnosis.effects.empty() ? Simulated{*of_all, judged(*of_all, records)}
+                                                    : simulated,
+                records);
   std::ranges::copy(there, std::back_inserter(diagnosis.unexplained));
   diagnosis.consistency = consistency_of(now, records);
   const auto same_in_all = [&] {

@@ -51,7 +51,12 @@ class Dynamics {
 
   /// rad/s, what the sensor shows of the motor's speed.
   T measured(const Time<T>& t, const T& u, const T* x) const {
-    T y = x[kSpeedMotor];
+    return x[kSpeedMotor] + sensed(t, u, x);
+  }
+
+  /// rad/s, what it shows beside that speed.
+  T sensed(const Time<T>& t, const T& u, const T* x) const {
+    T y{};
     const Motion<T> motion{since_first_sample(t), u, x, coefficients_};
     for (const EffectSlot& slot : *effects_) {
       std::visit(
