@@ -93,7 +93,8 @@ void NoiseCheck::look_for_base(const std::vector<Model>& starts,
       return correlation_at(so_far) > settings.hopeless_correlation;
     });
   });
-  take_for_base(std::move(*std::ranges::min_element(found, {}, &FoundMinimum::loss)));
+  FoundMinimum& best = *std::ranges::min_element(found, {}, &FoundMinimum::loss);
+  if (!base_ || best.loss < base_->loss) take_for_base(std::move(best));
 }
 
 void NoiseCheck::take_for_base(FoundMinimum found) {
@@ -361,6 +362,7 @@ std::vector<FoundMinimum> NoiseCheck::likeliest_in_its_stead(const Model& rest,
   const auto count = static_cast<int>(rivals.size());
   std::vector<FoundMinimum> found(rivals.size());
   std::vector<Model> starts;
+  starts.reserve(rivals.size());
   for (const Refit& rival : rivals) starts.push_back(with_rival(rest, rival));
   const auto search_from = [&](const Model& arm, double to_beat) {
     std::vector<FoundMinimum> again(rivals.size());
