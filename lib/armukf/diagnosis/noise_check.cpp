@@ -78,8 +78,9 @@ bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
     look_for_base(starts, known_.likeliest, settings);
   }
   if (!known_.likeliest || !can_be_all()) look_for_base({model}, {}, settings);
-  if (given_ != nullptr && !can_be_all())
-    look_for_base({with_values(model, *given_)}, {}, settings);
+  // Once an effect is found, its fit has led the arm where it should be.
+  const bool none_found = given_ != nullptr && model.effects.size() == given_->effects.size();
+  if (none_found && !can_be_all()) look_for_base({with_values(model, *given_)}, {}, settings);
   return can_be_all();
 }
 

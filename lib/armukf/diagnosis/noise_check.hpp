@@ -55,8 +55,8 @@ enum class Effort { kUsual, kUtmost };
 class NoiseCheck {
  public:
   /// now: the model as it stands; given: values that its own may be looked for from as well, where
-  /// from these noise cannot be all, since a fit may have led the arm into a poor minimum. All must
-  /// outlive this.
+  /// from these noise cannot be all and it has no effect yet, since a fit may have led the arm into
+  /// a poor minimum. All must outlive this.
   NoiseCheck(const Explained& now, const TraceRecords& records, const KnownNoise& known = {},
              const Model* given = nullptr);
 
