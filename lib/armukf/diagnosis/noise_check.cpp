@@ -80,7 +80,10 @@ bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
   if (!known_.likeliest || !can_be_all()) look_for_base({model}, {}, settings);
   // Once an effect is found, its fit has led the arm where it should be.
   const bool none_found = given_ != nullptr && model.effects.size() == given_->effects.size();
-  if (none_found && !can_be_all()) look_for_base({with_values(model, *given_)}, {}, settings);
+  if (none_found && !can_be_all()) {
+    look_for_base({with_values(model, *given_)}, {}, settings);
+    looked_from_given_ = true;
+  }
   return can_be_all();
 }
 
@@ -94,8 +97,15 @@ void NoiseCheck::look_for_base(const std::vector<Model>& starts,
       return correlation_at(so_far) > settings.hopeless_correlation;
     });
   });
-  FoundMinimum& best = *std::ranges::min_element(found, {}, &FoundMinimum::loss);
-  if (!base_ || best.loss < base_->loss) take_for_base(std::move(best));
+  take_if_likelier(std::move(*std::ranges::min_element(found, {}, &FoundMinimum::loss)));
+}
+
+void NoiseCheck::take_if_likelier(FoundMinimum found) {
+  if (!base_ || found.loss < base_->loss) take_for_base(std::move(found));
+}
+
+FoundMinimum NoiseCheck::base_from(const Model& arm) const {
+  return likeliest_near_base(with_values(now_.fit.model, arm));
 }
 
 void NoiseCheck::take_for_base(FoundMinimum found) {
@@ -119,7 +129,7 @@ double NoiseCheck::more_values(const Model& with, const Model& without) const {
 }
 
 double NoiseCheck::loss_without(const Model& with) const {
-  return std::min(base_->loss, likeliest_near_base(with_values(now_.fit.model, with)).loss);
+  return std::min(base_->loss, base_from(with).loss);
 }
 
 OutputError::Evaluation NoiseCheck::errors_at(const FoundMinimum& found, bool derivatives) const {
@@ -205,14 +215,13 @@ std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
 
 bool NoiseCheck::leaves_poor_minimum(const Model& with) {
   constexpr double kLikelier = 0.5;  // nats
-  const Model& model = now_.fit.model;
   const double before = base_->loss;
   std::array<FoundMinimum, 2> found;
   for_each_job(static_cast<int>(found.size()), [&](int i) {
     if (i == 0) {
-      found[i] = likeliest_near_base(with_values(model, with));
+      found[i] = base_from(with);
     } else if (given_ != nullptr && !looked_from_given_) {
-      const Model start = with_values(model, *given_);
+      const Model start = with_values(now_.fit.model, *given_);
       found[i] = likeliest(start, states_before(start, pieces_, records_.propagation), {});
     }
   });
@@ -337,13 +346,10 @@ std::optional<LikeliestFit> NoiseCheck::likeliest_fit(const AcceptanceSettings& 
   };
   const Model from_given =
       given_ == nullptr ? now_.fit.model : with_values(now_.fit.model, *given_);
-  const auto go_on_from = [&](FoundMinimum other) {
-    if (!base_ || other.loss < base_->loss) take_for_base(std::move(other));
-  };
   const bool may_be_all = noise_can_be_all(settings);
-  if (may_be_all) go_on_from(likeliest_near_base(from_given));
+  if (may_be_all) take_if_likelier(likeliest_near_base(from_given));
   if (!is_told() && (may_be_all || effort == Effort::kUtmost))
-    go_on_from(searched_for_predictions(
+    take_if_likelier(searched_for_predictions(
         from_given, states_before(from_given, pieces_, records_.propagation),
         task_of(prediction_choice(from_given), pieces_, records_.propagation)));
   if (!is_told()) return {};
@@ -378,8 +384,7 @@ std::vector<FoundMinimum> NoiseCheck::likeliest_in_its_stead(const Model& rest,
   const auto leader = std::ranges::min_element(found, {}, &FoundMinimum::loss);
   if (leader == found.end() || !(leader->loss < base_->loss)) return found;
   const Model arm = with_values(rest, leader->model);
-  FoundMinimum base = likeliest_near_base(with_values(base_->model, arm));
-  if (base.loss < base_->loss) take_for_base(std::move(base));
+  take_if_likelier(likeliest_near_base(with_values(base_->model, arm)));
   search_from(arm, std::min(base_->loss, leader->loss));
   return found;
 }

@@ -128,6 +128,10 @@ class NoiseCheck {
 
   /// With what is told of it.
   void take_for_base(FoundMinimum found);
+  void take_if_likelier(FoundMinimum found);
+
+  /// The model as it stands, from that arm on.
+  FoundMinimum base_from(const Model& arm) const;
 
   /// Whether the base is likelier from where a fit with an effect has led the arm, or from what was
   /// given: what the effect gained by leaving a poor minimum is not the effect's.

@@ -503,10 +503,9 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
               records.estimation, records.propagation);
   // Where one model without an effect makes all records likeliest, what a plain simulation was
   // fitted to tells no more.
+  const bool is_complete = diagnosis.of_all_records && diagnosis.effects.empty();
   const std::vector<std::string> there =
-      more_left(of_all && diagnosis.effects.empty() ? Simulated{*of_all, judged(*of_all, records)}
-                                                    : simulated,
-                records);
+      more_left(is_complete ? Simulated{*of_all, judged(*of_all, records)} : simulated, records);
   std::ranges::copy(there, std::back_inserter(diagnosis.unexplained));
   diagnosis.consistency = consistency_of(now, records);
   const auto same_in_all = [&] {
