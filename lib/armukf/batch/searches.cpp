@@ -6,6 +6,7 @@
 
 #include "armukf/batch/prediction.hpp"
 #include "armukf/batch/stopped.hpp"
+#include "armukf/core/parallel.hpp"
 #include "armukf/core/statistics.hpp"
 
 namespace armukf {
@@ -71,6 +72,13 @@ struct SearchPath {
     count(found.minimum);
     last = std::move(found);
     if (last.loss < best.loss) best = last;
+  }
+
+  void add(SearchPath other) {
+    iterations += other.iterations;
+    evaluations += other.evaluations;
+    if (other.best.loss < best.loss) best = std::move(other.best);
+    if (other.last.any()) last = std::move(other.last);
   }
 
   /// The likeliest, or the last one where none can be simulated; its minimum counts all searches.
@@ -153,19 +161,23 @@ FoundMinimum searched_for_predictions_near(const Model& model, const StatesOfPie
 FoundMinimum searched_for_predictions(const Model& model, const StatesOfPieces& x0,
                                       const SearchTask& task) {
   const InitialChoice all = all_free(model);
-  SearchPath path;
-  const FoundMinimum simulated =
-      searched_for_simulation(model, x0, {task.records, all, task.propagation, task.limits});
-  path.count(simulated.minimum);
-  if (std::isfinite(simulated.minimum.cost))
-    path.add(searched_for_predictions_near(simulated.model, simulated.x0, task));
-  const FoundMinimum down = searched_down(model, x0, task).result();
-  path.count(down.minimum);
-  if (std::isfinite(down.loss))
-    path.add(searched_for_predictions_near(down.model, down.x0, task));
-  else if (!path.last.any())
-    path.last = down;
-  return path.result();
+  std::array<SearchPath, 2> sides;
+  for_each_job(static_cast<int>(sides.size()), [&](int i) {
+    SearchPath& path = sides[i];
+    const bool by_simulation = i == 0;
+    const FoundMinimum near =
+        by_simulation
+            ? searched_for_simulation(model, x0, {task.records, all, task.propagation, task.limits})
+            : searched_down(model, x0, task).result();
+    path.count(near.minimum);
+    if (std::isfinite(by_simulation ? near.minimum.cost : near.loss)) {
+      path.add(searched_for_predictions_near(near.model, near.x0, task));
+    } else if (!by_simulation) {
+      path.last = near;
+    }
+  });
+  sides[0].add(std::move(sides[1]));
+  return sides[0].result();
 }
 
 }  // namespace armukf

@@ -10,6 +10,7 @@
 #include <functional>
 #include <map>
 #include <tuple>
+#include <utility>
 
 #include "armukf/core/constants.hpp"
 #include "armukf/core/parallel.hpp"
@@ -83,8 +84,19 @@ bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
   if (none_found && !can_be_all()) {
     look_for_base({with_values(model, *given_)}, {}, settings);
     looked_from_given_ = true;
+    // What an effect would gain may be that of leaving a minimum that both ended in.
+    if (!can_be_all() && !hopeless(settings)) look_from_far_off();
   }
   return can_be_all();
+}
+
+void NoiseCheck::look_from_far_off() {
+  if (std::exchange(known_.looked_from_far_off, true)) return;
+  const Model& model = now_.fit.model;
+  const Model from = given_ == nullptr ? model : with_values(model, *given_);
+  take_if_likelier(
+      searched_for_predictions(from, states_before(from, pieces_, records_.propagation),
+                               task_of(prediction_choice(from), pieces_, records_.propagation)));
 }
 
 void NoiseCheck::look_for_base(const std::vector<Model>& starts,
@@ -119,9 +131,10 @@ bool NoiseCheck::hopeless(const AcceptanceSettings& settings) const {
 }
 
 KnownNoise NoiseCheck::known(const AcceptanceSettings& settings) const {
-  if (!base_) return {known_.likeliest, known_.model, hopeless(settings)};
-  if (*correlation_ > settings.most_correlation) return {{}, {}, hopeless(settings)};
-  return {base_->noise, base_->model, false};
+  const bool looked = known_.looked_from_far_off;
+  if (!base_) return {known_.likeliest, known_.model, hopeless(settings), looked};
+  if (*correlation_ > settings.most_correlation) return {{}, {}, hopeless(settings), looked};
+  return {base_->noise, base_->model, false, looked};
 }
 
 double NoiseCheck::more_values(const Model& with, const Model& without) const {
@@ -348,10 +361,7 @@ std::optional<LikeliestFit> NoiseCheck::likeliest_fit(const AcceptanceSettings& 
       given_ == nullptr ? now_.fit.model : with_values(now_.fit.model, *given_);
   const bool may_be_all = noise_can_be_all(settings);
   if (may_be_all) take_if_likelier(likeliest_near_base(from_given));
-  if (!is_told() && (may_be_all || effort == Effort::kUtmost))
-    take_if_likelier(searched_for_predictions(
-        from_given, states_before(from_given, pieces_, records_.propagation),
-        task_of(prediction_choice(from_given), pieces_, records_.propagation)));
+  if (!is_told() && (may_be_all || effort == Effort::kUtmost)) look_from_far_off();
   if (!is_told()) return {};
   const OutputError::Evaluation at = errors_at(*base_, true);
   if (!at.valid) return {};

@@ -32,6 +32,7 @@ struct KnownNoise {
   std::optional<FilterNoise> likeliest = {};  // where it can be all that the model leaves
   std::optional<Model> model = {};            // with the values that are likeliest with it
   bool hopeless = false;                      // it explains far too little of that
+  bool looked_from_far_off = false;           // for the arm, with the effects that it has
 };
 
 /// A model with the values that make records likeliest.
@@ -125,6 +126,9 @@ class NoiseCheck {
   /// The model as it stands, the likeliest from those starts and of what was found before.
   void look_for_base(const std::vector<Model>& starts, const std::optional<FilterNoise>& near,
                      const AcceptanceSettings& settings);
+
+  /// The same by predictions from high gains to low ones, and by what simulates best; once.
+  void look_from_far_off();
 
   /// With what is told of it.
   void take_for_base(FoundMinimum found);
