@@ -298,6 +298,25 @@ TEST(NoiseCheck, LooksFromFarOffWithTheUtmostEffort) {
               3.0);
 }
 
+/// What an effect gains may be that of leaving a minimum which both starts have ended in.
+TEST(NoiseCheck, LooksFromFarOffBeforeAnEffectIsFound) {
+  const TraceRecords records = records_of(published_estimate());
+  const auto arm = [](double k_a, double k_g1) {
+    Model model = published_arm();
+    model.parameter("a_g").value = 0.6;
+    model.parameter("k_a").value = k_a;
+    model.parameter("k_g1").value = k_g1;
+    return model;
+  };
+  const Model given = arm(3.0, 1000.0);
+  const Explained poor = standing_at(arm(0.5, 3.0));
+  const auto can_be_all = [&](const KnownNoise& known) {
+    return NoiseCheck(poor, records, known, &given).noise_can_be_all({});
+  };
+  EXPECT_FALSE(can_be_all({.looked_from_far_off = true}));  // or this tells nothing
+  EXPECT_TRUE(can_be_all({}));
+}
+
 /// Where a fit has led the arm into a poor minimum, what was known before leads it out.
 TEST(NoiseCheck, GoesOnFromValuesThatAreKnown) {
   const TraceRecords records = records_of(published_estimate());
