@@ -179,7 +179,8 @@ TEST_P(DissipativeEffect, NeverFeedsEnergy) {
 
 INSTANTIATE_TEST_SUITE_P(Catalogue, DissipativeEffect,
                          testing::Values("gear_friction", "arm_friction", "load_dependent_friction",
-                                         "thermal_friction", "gear_damping_quadratic"),
+                                         "thermal_friction", "thermal_friction_heated",
+                                         "gear_damping_quadratic"),
                          [](const auto& test) { return test.param; });
 
 /// Effects that act between two masses.
@@ -362,6 +363,34 @@ TEST(ThermalTorque, GrowsFromTheFirstSampleOn) {
   EXPECT_DOUBLE_EQ(torque(-1.0), 5.0);
   EXPECT_DOUBLE_EQ(torque(0.0), 5.0);
   EXPECT_NEAR(torque(4.0), 5.0 * (1.0 - 0.2 * (1.0 - std::exp(-1.0))), 1e-12);
+}
+
+/// The whole friction, or its viscous part, by what it has dissipated.
+TEST(ThermalFrictionHeated, ChangesAsTheViscosityOfALubricantThatFrictionWarms) {
+  constexpr double kSpeed = 20.0;
+  constexpr double kWarmth = 1.5;
+  Model model = published_estimate();
+  model.add_effect("thermal_friction_heated");
+  model.parameter("thermal_friction_heated").value = -0.4;
+  model.parameter("thermal_heated_time").value = 4.0;
+  const double whole = friction(Coefficients<double>(model.values().data()), kSpeed);
+  const double viscous = model.parameter("Fv").value * kSpeed;
+  for (const auto& [share, changing] : {std::pair{0.0, whole}, {1.0, viscous}}) {
+    model.parameter("thermal_heated_viscous").value = share;
+    const std::vector<double> p = model.values();
+    std::vector<double> x(model.states.size(), 0.0);
+    x[kSpeedMotor] = kSpeed;
+    const auto rates = [&](double warmth) {
+      x.back() = warmth;
+      std::vector<double> dx(x.size());
+      Dynamics<double>(model, p.data()).derivative(0.0, 0.0, x.data(), dx.data());
+      return dx;
+    };
+    const double less = rates(kWarmth)[kSpeedMotor] - rates(0.0)[kSpeedMotor];
+    EXPECT_NEAR(less / Coefficients<double>(p.data()).motor_mobility,
+                (1.0 - std::exp(-0.4 * kWarmth)) * changing, 1e-12);
+    EXPECT_NEAR(rates(kWarmth).back(), (whole * kSpeed / 10.0 - kWarmth) / 4.0, 1e-12);
+  }
 }
 
 /// N.m that accelerate a mass at rest but for the motor, which turns, beside those of the bare arm.

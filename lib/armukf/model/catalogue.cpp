@@ -20,7 +20,8 @@ void for_each_effect(std::variant<E...> /*catalogue*/, Visit visit) {
 }
 
 constexpr std::string_view kFlexibleMode = "flexible_mode";
-constexpr std::array<std::string_view, 2> kAtSeveralSites{kFlexibleMode, "external_torque"};
+constexpr std::array<std::string_view, 3> kFamilies{kFlexibleMode, "external_torque",
+                                                    "thermal_friction"};
 
 }  // namespace
 
@@ -61,7 +62,7 @@ std::vector<std::string_view> effect_names() {
 }
 
 std::string family_of(std::string_view effect) {
-  for (const std::string_view family : kAtSeveralSites)
+  for (const std::string_view family : kFamilies)
     if (effect.starts_with(family)) return std::string(family);
   return parse_effect_name(effect).kind;
 }

@@ -35,6 +35,7 @@
 #include "armukf/model/effects/speed_ripple.hpp"
 #include "armukf/model/effects/thermal_damping.hpp"
 #include "armukf/model/effects/thermal_friction.hpp"
+#include "armukf/model/effects/thermal_friction_heated.hpp"
 #include "armukf/model/effects/thermal_torque.hpp"
 #include "armukf/model/effects/torque_bias.hpp"
 #include "armukf/model/effects/torque_curve.hpp"
@@ -48,14 +49,14 @@ using CataloguedEffect = std::variant<
     effects::TorqueBias, effects::TorqueGain, effects::TorqueRipple, effects::InputDelay,
     effects::DriveLag, effects::FrictionParameters, effects::CoulombAsymmetry,
     effects::GearFriction, effects::ArmFriction, effects::LoadDependentFriction,
-    effects::ThermalFriction, effects::PreslidingFriction, effects::Backlash,
-    effects::GearHysteresis, effects::GearDampingQuadratic, effects::ArmStiffnessCubic,
-    effects::FlexibleMode<kArm>, effects::FlexibleMode<kGear>, effects::FlexibleMode<kMotor>,
-    effects::Gravity, effects::PayloadChange, effects::SensorLag, effects::SpeedRipple,
-    effects::ExternalTorque<kMotor>, effects::ExternalTorque<kArm>, effects::FrictionChange,
-    effects::FrictionRipple, effects::ThermalTorque, effects::ThermalDamping,
-    effects::GearStiffnessRipple, effects::PoseInertia, effects::ArmBacklash,
-    effects::SensorCoupling, effects::FrictionCurve, effects::GearSpringCurve,
+    effects::ThermalFriction, effects::ThermalFrictionHeated, effects::PreslidingFriction,
+    effects::Backlash, effects::GearHysteresis, effects::GearDampingQuadratic,
+    effects::ArmStiffnessCubic, effects::FlexibleMode<kArm>, effects::FlexibleMode<kGear>,
+    effects::FlexibleMode<kMotor>, effects::Gravity, effects::PayloadChange, effects::SensorLag,
+    effects::SpeedRipple, effects::ExternalTorque<kMotor>, effects::ExternalTorque<kArm>,
+    effects::FrictionChange, effects::FrictionRipple, effects::ThermalTorque,
+    effects::ThermalDamping, effects::GearStiffnessRipple, effects::PoseInertia,
+    effects::ArmBacklash, effects::SensorCoupling, effects::FrictionCurve, effects::GearSpringCurve,
     effects::ArmSpringCurve, effects::TorqueCurve, effects::AngleCurve>;
 
 /// An effect as the user names it: `torque_ripple`, or `torque_ripple:2` for the second of its
@@ -78,8 +79,8 @@ std::string_view name_of(const CataloguedEffect& effect);
 /// The names in the catalogue, in its order.
 std::vector<std::string_view> effect_names();
 
-/// What an effect and its relatives at other sites are called together: `flexible_mode` for
-/// `flexible_mode_gear:2`, its own kind for any other.
+/// What an effect and its relatives at other sites, or by another law of the same cause, are called
+/// together: `flexible_mode` for `flexible_mode_gear:2`, its own kind for any other.
 std::string family_of(std::string_view effect);
 
 /// Whether it is a curve that is learnt, which a search for names leaves out.
