@@ -18,6 +18,7 @@ PLAIN = {
     "arm_friction": "friction at the arm",
     "load_dependent_friction": "friction that grows with the load of the gear",
     "thermal_friction": "friction that changes while the motor warms up",
+    "thermal_friction_heated": "friction that changes with the heat that it makes",
     "presliding_friction": "dry friction that bends before it slides",
     "backlash": "play in the gear",
     "gear_hysteresis": "dry friction inside the gear's spring",
