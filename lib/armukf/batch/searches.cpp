@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "armukf/batch/prediction.hpp"
 #include "armukf/batch/stopped.hpp"
@@ -164,17 +165,14 @@ FoundMinimum searched_for_predictions(const Model& model, const StatesOfPieces& 
   std::array<SearchPath, 2> sides;
   for_each_job(static_cast<int>(sides.size()), [&](int i) {
     SearchPath& path = sides[i];
-    const bool by_simulation = i == 0;
     const FoundMinimum near =
-        by_simulation
+        i == 0
             ? searched_for_simulation(model, x0, {task.records, all, task.propagation, task.limits})
             : searched_down(model, x0, task).result();
     path.count(near.minimum);
-    if (std::isfinite(by_simulation ? near.minimum.cost : near.loss)) {
+    path.last = near;
+    if (std::isfinite(near.loss))
       path.add(searched_for_predictions_near(near.model, near.x0, task));
-    } else if (!by_simulation) {
-      path.last = near;
-    }
   });
   sides[0].add(std::move(sides[1]));
   return sides[0].result();

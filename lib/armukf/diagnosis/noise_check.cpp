@@ -82,7 +82,7 @@ bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
   // Once an effect is found, its fit has led the arm where it should be.
   const bool none_found = given_ != nullptr && model.effects.size() == given_->effects.size();
   if (none_found && !can_be_all()) {
-    look_for_base({with_values(model, *given_)}, {}, settings);
+    look_for_base({from_given()}, {}, settings);
     looked_from_given_ = true;
     // What an effect would gain may be that of leaving a minimum that both ended in.
     if (!can_be_all() && !hopeless(settings)) look_from_far_off();
@@ -90,10 +90,13 @@ bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
   return can_be_all();
 }
 
+Model NoiseCheck::from_given() const {
+  return given_ == nullptr ? now_.fit.model : with_values(now_.fit.model, *given_);
+}
+
 void NoiseCheck::look_from_far_off() {
   if (std::exchange(known_.looked_from_far_off, true)) return;
-  const Model& model = now_.fit.model;
-  const Model from = given_ == nullptr ? model : with_values(model, *given_);
+  const Model from = from_given();
   take_if_likelier(
       searched_for_predictions(from, states_before(from, pieces_, records_.propagation),
                                task_of(prediction_choice(from), pieces_, records_.propagation)));
@@ -234,7 +237,7 @@ bool NoiseCheck::leaves_poor_minimum(const Model& with) {
     if (i == 0) {
       found[i] = base_from(with);
     } else if (given_ != nullptr && !looked_from_given_) {
-      const Model start = with_values(now_.fit.model, *given_);
+      const Model start = from_given();
       found[i] = likeliest(start, states_before(start, pieces_, records_.propagation), {});
     }
   });
@@ -357,10 +360,8 @@ std::optional<LikeliestFit> NoiseCheck::likeliest_fit(const AcceptanceSettings& 
   const auto is_told = [&] {
     return noise_can_be_all(settings) && (records_.validation.empty() || is_one_for_all(settings));
   };
-  const Model from_given =
-      given_ == nullptr ? now_.fit.model : with_values(now_.fit.model, *given_);
   const bool may_be_all = noise_can_be_all(settings);
-  if (may_be_all) take_if_likelier(likeliest_near_base(from_given));
+  if (may_be_all) take_if_likelier(likeliest_near_base(from_given()));
   if (!is_told() && (may_be_all || effort == Effort::kUtmost)) look_from_far_off();
   if (!is_told()) return {};
   const OutputError::Evaluation at = errors_at(*base_, true);

@@ -123,6 +123,9 @@ class NoiseCheck {
   /// The least -ln of the likelihood of those pieces alone, from the base on.
   double loss_alone(const std::vector<Record>& pieces) const;
 
+  /// The model as it stands with the values that were given, if any were.
+  Model from_given() const;
+
   /// The model as it stands, the likeliest from those starts and of what was found before.
   void look_for_base(const std::vector<Model>& starts, const std::optional<FilterNoise>& near,
                      const AcceptanceSettings& settings);
