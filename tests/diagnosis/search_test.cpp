@@ -60,6 +60,13 @@ TEST(Suggested, HoldsAHarmonicThatAWrongMinimumHides) {
   EXPECT_TRUE(holds(suggested_of(fitted(wrong, {}, pieces, {}, 0), pieces).harmonics, 3.3));
 }
 
+/// Of four seconds the first does not count, and of the rest a sixteenth lies before and after.
+TEST(Suggested, HoldsWhenSomethingMayHappen) {
+  const Moments moments = suggested_with("torque_ripple", 0.0, 1.0, 8001).moments;
+  EXPECT_NEAR(moments.from, 1.0 + 3.0 / 16, 1e-3);
+  EXPECT_NEAR(moments.until, 4.0 - 3.0 / 16, 1e-3);
+}
+
 TEST(Suggested, HoldsTheHarmonicOfAFrictionThatGoesWithTheAngle) {
   const Suggested suggested = suggested_with("friction_ripple", 0.4, 3.7, 8000);
   EXPECT_TRUE(holds(suggested.harmonics_of_friction, 3.7));

@@ -58,6 +58,34 @@ TEST(Trials, CountAllThatWasLookedAt) {
               1e-9 * without);
 }
 
+/// A change of which hardly a sample lies before or after is no change: what fits it may be
+/// anything.
+TEST(Trials, HaveMomentsWhereTheRecordShowsThem) {
+  const Moments seen{.from = 3.0, .until = 57.0};
+  int within = 0;
+  int always = 0;
+  for (const Trial& trial : trials_of("payload_change", published_arm(), {.moments = seen})) {
+    const Parameter& time = trial.model.parameter("payload_time");
+    if (time.value < 0.0) {
+      ++always;
+      EXPECT_TRUE(time.known);  // no search makes it another
+      continue;
+    }
+    ++within;
+    EXPECT_FALSE(time.known);
+    EXPECT_GT(time.value, seen.from);
+    EXPECT_LT(time.value, seen.until);
+    EXPECT_EQ(time.lower, seen.from);
+    EXPECT_EQ(time.upper, seen.until);
+  }
+  EXPECT_EQ(always, 1);
+  EXPECT_EQ(within, 9);
+  for (const Trial& trial : trials_of("friction_change", published_arm(), {.moments = seen})) {
+    EXPECT_GT(trial.model.parameter("friction_change_time").value, seen.from);
+    EXPECT_LT(trial.model.parameter("friction_change_time").value, seen.until);
+  }
+}
+
 TEST(Together, HasBothEffectsAsTheirGridsHaveThem) {
   const Model arm = published_arm();
   const Trial first = trials_of("friction_parameters", arm, {}).front();

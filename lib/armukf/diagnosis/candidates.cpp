@@ -382,7 +382,8 @@ Explained best_of(std::vector<Halfway> halfway, const TraceRecords& records) {
 }
 
 /// Which shape of an effect is at a bound that nothing real is at; empty if none is. A time may be
-/// as long as it likes: what warms up goes on beyond the record.
+/// as long as it likes, what warms up goes on beyond the record; but not one at which something
+/// happens.
 std::string shape_at_bound(const Model& model, const std::string& effect) {
   constexpr double kClose = 0.01;
   const EffectSlot& slot = slot_of(model, effect);
@@ -391,7 +392,7 @@ std::string shape_at_bound(const Model& model, const std::string& effect) {
     const Parameter& p = model.parameters[slot.first_parameter + i];
     if (parameters[i].role != Role::kShape || p.known) continue;
     if (p.lower > 0.0 && p.value < (1.0 + kClose) * p.lower) return p.name + " is at the least";
-    if (parameters[i].unit != "s" && parameters[i].nominal < p.upper &&
+    if ((parameters[i].unit != "s" || parameters[i].moment) && parameters[i].nominal < p.upper &&
         p.value > (1.0 - kClose) * p.upper)
       return p.name + " is at the most";
   }

@@ -284,6 +284,10 @@ WeightedInnovations weighted_innovations(const Model& model, const StatesOfPiece
   return all;
 }
 
+double settled_s(const Record& piece) {
+  return piece.samples[first_that_counts(piece)].t - piece.samples.front().t;
+}
+
 int fitted_values(const Model& model, std::size_t pieces) {
   return static_cast<int>(model.unknowns().size() + pieces * cycles_of(model).size());
 }

@@ -97,6 +97,9 @@ ForesightFit begin_foresight(const Model& model, const StatesOfPieces& x0,
                              const std::vector<Record>& pieces, const Propagation& propagation,
                              const std::vector<Gains>& gains, int iterations);
 
+/// s since its first sample: from there on a piece's samples count.
+double settled_s(const Record& piece);
+
 /// The filter's gains at that model, the beginning of each piece without weight: there it settles.
 std::vector<Gains> foresight_gains(const Model& model, const StatesOfPieces& x0,
                                    const std::vector<Record>& pieces,

@@ -1,10 +1,12 @@
 #include "armukf/diagnosis/search.hpp"
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
 #include "armukf/batch/pieces.hpp"
 #include "armukf/core/parallel.hpp"
+#include "armukf/diagnosis/scatter.hpp"
 #include "armukf/diagnosis/spectrum.hpp"
 #include "armukf/model/effect.hpp"
 
@@ -40,6 +42,16 @@ std::vector<double> product(std::vector<double> a, const std::vector<double>& b)
   return a;
 }
 
+/// Of the longest piece: a part of those by which all is judged lies before and after.
+Moments moments_of(const std::vector<Record>& pieces) {
+  const Record& longest = *std::ranges::max_element(
+      pieces, {}, [](const Record& r) { return r.samples.back().t - r.samples.front().t; });
+  const double from = settled_s(longest);
+  const double until = longest.samples.back().t - longest.samples.front().t;
+  const double part = (until - from) / kScatterParts;
+  return {from + part, until - part};
+}
+
 }  // namespace
 
 Suggested suggested_by(const FittedModel& simulated, const ForesightFit& foretold,
@@ -70,7 +82,11 @@ Suggested suggested_by(const FittedModel& simulated, const ForesightFit& foretol
                 over_angle(product(load, *errors[i])),
                 lines_over_time(time, *errors[i], kHighestMode, kLinePower, kMostLines)};
   });
-  Suggested suggested{{1.0, 2.0}, {1.0, 2.0}, {1.0, 2.0}, {}};
+  Suggested suggested{.harmonics = {1.0, 2.0},
+                      .harmonics_of_friction = {1.0, 2.0},
+                      .harmonics_of_load = {1.0, 2.0},
+                      .frequencies = {},
+                      .moments = moments_of(pieces)};
   for (const Lines& found : lines) {
     add_frequencies(found.harmonics, suggested.harmonics);
     add_frequencies(found.of_friction, suggested.harmonics_of_friction);

@@ -12,7 +12,8 @@ namespace armukf {
 
 /// Harmonics of the motor's angle, the first two in any case, and frequencies that stand out: of
 /// the simulation's residual; of the innovations of a filter that believes the measurements, to
-/// which only what is fast is left; and of those of the one that all is judged by, in between.
+/// which only what is fast is left; and of those of the one that all is judged by, in between. When
+/// something may happen.
 Suggested suggested_by(const FittedModel& simulated, const ForesightFit& foretold,
                        const std::vector<Record>& pieces, const Propagation& propagation);
 

@@ -436,11 +436,22 @@ struct Traced {
   bool more_there = false;  // whether more is left of the validation records
 };
 
-/// With the bounds that were given.
+/// With the bounds that were given, and of a moment those that the effect has: a trial kept it to
+/// where the records that were looked at can show it.
 Diagnosis bounded_as_given(Diagnosis diagnosis, const Model& given) {
   for (FittedModel* fit : {&diagnosis.base.best, &diagnosis.base_validation, &diagnosis.after,
-                           &diagnosis.after_validation})
+                           &diagnosis.after_validation}) {
     for (const int i : kSprings) fit->model.parameters[i].lower = given.parameters[i].lower;
+    for (const EffectSlot& slot : fit->model.effects) {
+      const std::vector<EffectParameter> own = parameters_of(slot.effect);
+      for (std::size_t i = 0; i < own.size(); ++i) {
+        if (!own[i].moment) continue;
+        Parameter& moment = fit->model.parameters[slot.first_parameter + i];
+        moment.lower = own[i].lower;
+        moment.upper = own[i].upper;
+      }
+    }
+  }
   return diagnosis;
 }
 

@@ -40,6 +40,29 @@ std::vector<double> values_of(const Grid& grid, double nominal, const Suggested&
   return values;
 }
 
+/// Of a moment: those of its grid that are before any record, and as many as there are others where
+/// something can be seen to happen.
+std::vector<double> moments_of(const Grid& grid, const Moments& seen) {
+  std::vector<double> values = values_of(grid, 0.0, {});
+  if (!(seen.until < kUnbounded)) return values;
+  const auto within =
+      std::partition(values.begin(), values.end(), [](double at) { return at < 0.0; });
+  const auto count = static_cast<double>(values.end() - within);
+  const double apart = (seen.until - seen.from) / (count + 1.0);
+  for (auto at = within; at != values.end(); ++at)
+    *at = seen.from + apart * static_cast<double>(at - within + 1);
+  return values;
+}
+
+/// A moment outside of the record stays; within it no search leads out of where it can be seen.
+void keep_seen(const Moments& seen, Parameter& moment) {
+  if (!(seen.until < kUnbounded)) return;
+  moment.known = moment.value < 0.0;
+  if (moment.known) return;
+  moment.lower = std::max(moment.lower, seen.from);
+  moment.upper = std::min(moment.upper, seen.until);
+}
+
 /// Values that were looked at for each that is left; those of the grid itself are all left.
 double looks_of(const Grid& grid, std::size_t values, const Suggested& suggested) {
   auto looked_at = static_cast<double>(values);
@@ -49,15 +72,18 @@ double looks_of(const Grid& grid, std::size_t values, const Suggested& suggested
 }
 
 /// Each trial with each value of that parameter.
-std::vector<Trial> crossed(const std::vector<Trial>& trials, int position, const Grid& grid,
-                           const Suggested& suggested) {
+std::vector<Trial> crossed(const std::vector<Trial>& trials, int position,
+                           const EffectParameter& parameter, const Suggested& suggested) {
+  const Grid& grid = parameter.grid;
   std::vector<Trial> all;
   for (const Trial& trial : trials) {
     const std::vector<double> values =
-        values_of(grid, trial.model.parameters[position].value, suggested);
+        parameter.moment ? moments_of(grid, suggested.moments)
+                         : values_of(grid, trial.model.parameters[position].value, suggested);
     for (const double value : values) {
       Trial at = trial;
       at.model.parameters[position].value = value;
+      if (parameter.moment) keep_seen(suggested.moments, at.model.parameters[position]);
       at.looks *= looks_of(grid, values.size(), suggested);
       if (grid.periodic) at.harmonic = value;
       if (grid.gearing) {
@@ -173,8 +199,8 @@ std::vector<Trial> trials_of(std::string_view effect, const Model& model,
   std::vector<Trial> trials{first};
   for (std::size_t i = 0; i < parameters.size(); ++i)
     if (parameters[i].role == Role::kShape)
-      trials = crossed(trials, slot.first_parameter + static_cast<int>(i), parameters[i].grid,
-                       suggested);
+      trials =
+          crossed(trials, slot.first_parameter + static_cast<int>(i), parameters[i], suggested);
   return trials;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "armukf/core/parameter.hpp"
 #include "armukf/core/record.hpp"
 #include "armukf/model/effect.hpp"
 #include "armukf/model/model.hpp"
@@ -48,14 +49,22 @@ const EffectSlot& slot_of(const Model& model, const std::string& effect);
 /// Positions of an effect's parameters of that role.
 std::vector<int> positions_of(const EffectSlot& slot, Role role);
 
-/// What the spectra of a residual suggest, and from how many.
+/// Between which times (s since the first sample) something can be seen to happen: enough that
+/// counts lies before and after. Without a record anything may.
+struct Moments {
+  double from = -kUnbounded;
+  double until = kUnbounded;
+};
+
+/// What the records suggest: the spectra of a residual, and from how many lines; moments.
 struct Suggested {
-  std::vector<double> harmonics;  // 1/rad, of effects that repeat with the motor's angle
-  std::vector<double> harmonics_of_friction;  // 1/rad, of those that turn round with its speed
-  std::vector<double> harmonics_of_load;      // 1/rad, of those that turn round with the load
-  std::vector<double> frequencies;            // Hz, of resonances
-  double harmonics_looked_at = 0.0;           // of each
+  std::vector<double> harmonics = {};  // 1/rad, of effects that repeat with the motor's angle
+  std::vector<double> harmonics_of_friction = {};  // 1/rad, of those that turn round with its speed
+  std::vector<double> harmonics_of_load = {};      // 1/rad, of those that turn round with the load
+  std::vector<double> frequencies = {};            // Hz, of resonances
+  double harmonics_looked_at = 0.0;                // of each
   double frequencies_looked_at = 0.0;
+  Moments moments = {};
 };
 
 /// Every effect of the catalogue that the model does not have, over its grid, and one more of each
