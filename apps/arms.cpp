@@ -376,11 +376,18 @@ class Arms {
     }
   }
 
-  void save(const Arm& arm) const {
+  void save(const Arm& arm) {
     if (job_.save.empty() || arm.track().tally().samples() == 0) return;
+    const RecursiveEstimate estimate = result_of(arm);
     write_model_file((fs::path(job_.save) / (arm.name() + std::string(kModelEnding))).string(),
-                     to_go_on_from(arm.track().session().model(), arm.start().settings,
-                                   arm.track().session().belief()));
+                     to_go_on_from(estimate, arm.start().settings));
+    if (const std::string note = unsaved_text(estimate); !note.empty())
+      complaints_.say(fmt::format("{}: {}", arm.name(), note));
+  }
+
+  static RecursiveEstimate result_of(const Arm& arm, double seconds = 0.0) {
+    return armukf::result_of(arm.track().session(), arm.start().settings.filter,
+                             arm.track().tally(), seconds);
   }
 
   std::size_t samples() const {
@@ -397,12 +404,12 @@ class Arms {
                                 {"samples_per_second", static_cast<double>(samples()) / seconds},
                                 {"arms", nlohmann::ordered_json::object()}};
     for (const Arm* arm : sorted()) {
+      const RecursiveEstimate estimate = result_of(*arm, seconds);
       nlohmann::ordered_json one =
-          estimate_json({result_of(arm->track().session(), arm->start().settings.filter,
-                                   arm->track().tally(), seconds),
+          estimate_json({estimate,
                          {},
                          arm->track().counts(),
-                         summary_of(arm->track().watch())});
+                         summary_of(arm->track().watch(), arm->start().model, estimate)});
       for (const char* of_all : {"simulation", "seconds", "samples_per_second"}) one.erase(of_all);
       json["arms"][arm->name()] = std::move(one);
     }

@@ -67,7 +67,8 @@ struct Pass {
   RecursiveEstimate estimate;
   StreamCounts input;
   std::optional<WatchSummary> watch;
-  std::vector<Sample> samples;  // the first kMostSimulated
+  std::vector<Sample> samples;  // the first kMostSimulated, of the machine as it is
+  bool has_changed = false;     // the machine, and the samples are those since then
   std::vector<ScoredPart> parts;
   std::exception_ptr failure;  // what ended it early
 };
@@ -103,7 +104,7 @@ class Stream {
     pass_.estimate =
         result_of(track_.session(), start_.settings.filter, track_.tally(), taken.count());
     pass_.input = track_.counts();
-    pass_.watch = summary_of(track_.watch());
+    pass_.watch = summary_of(track_.watch(), start_.model, pass_.estimate);
     return std::move(pass_);
   }
 
@@ -159,7 +160,10 @@ class Stream {
         write_row(*writer_, *estimate,
                   o_.watch.watch ? std::optional(track_.events()) : std::nullopt);
       }
-      for (const Event& event : track_.events()) say_event(event);
+      for (const Event& event : track_.events()) {
+        say_event(event);
+        if (event.is_named()) begin_anew();
+      }
       keep(estimate->sample);
     }
   }
@@ -174,6 +178,13 @@ class Stream {
         estimate.sample.t >= o_.cuts[pass_.parts.size() - 1])
       pass_.parts.emplace_back();
     pass_.parts.back().add(estimate, start_.settings.gate.nis);
+  }
+
+  /// The closing simulation is of the machine as it is.
+  void begin_anew() {
+    pass_.samples.clear();
+    pass_.has_changed = true;
+    keeps_ = true;
   }
 
   /// For the closing simulation: as long as the clock goes on.
@@ -203,7 +214,7 @@ Pass all_passes(const EstimateOptions& o, ModelFile start) {
   for (int pass = 1; pass < o.passes; ++pass) {
     Pass early = Stream(o, start, nullptr).result();
     if (is_stopped() || early.failure) return early;
-    start.model = early.estimate.model;
+    start.model = next_start(start.model, early.estimate);
   }
   if (o.score || o.report.json == "-" || o.watch.events == "-" || o.save == "-")
     return Stream(o, start, nullptr).result();  // which has standard output to itself
@@ -214,8 +225,8 @@ Pass all_passes(const EstimateOptions& o, ModelFile start) {
 /// The final parameters, simulated over what was kept.
 ClosingSimulation simulated(const Pass& pass, const EstimatorSettings& settings) {
   if (pass.samples.empty()) return {kNaN, kNaN, 0, {}};
-  return closing_simulation(pass.estimate.model, pass.samples, settings.propagation,
-                            settings.gate.longest_gap_s);
+  return closing_simulation(pass.estimate.model, at_the_arm(pass.samples, pass.estimate.condition),
+                            settings.propagation, settings.gate.longest_gap_s);
 }
 
 void check_options(const EstimateOptions& o) {
@@ -246,18 +257,18 @@ void check_options(const EstimateOptions& o) {
 /// What the pass found, wherever the user wants it.
 void report(const EstimateOptions& o, const ModelFile& start, const Pass& pass) {
   FirstFailure failure(pass.failure);
-  if (!o.save.empty())
-    failure.of([&] {
-      write_model_file(o.save,
-                       to_go_on_from(pass.estimate.model, start.settings, pass.estimate.belief));
-    });
+  if (!o.save.empty()) {
+    failure.of([&] { write_model_file(o.save, to_go_on_from(pass.estimate, start.settings)); });
+    if (const std::string note = unsaved_text(pass.estimate); !note.empty())
+      Complaints(o.report.quiet).say(note);
+  }
   if (o.score) {
     failure.of(
         [&] { write_json({.json = "-", .quiet = true}, score_json(pass.estimate, pass.parts)); });
     return failure.rethrow();
   }
   const EstimateSummary summary{pass.estimate, simulated(pass, start.settings), pass.input,
-                                pass.watch};
+                                pass.watch, pass.has_changed};
   failure.of([&] { write_json(o.report, estimate_json(summary)); });
   if (!o.report.quiet) say(estimate_text(summary));
   failure.rethrow();

@@ -93,7 +93,7 @@ void add_evaluate(CLI::App& program) {
   const auto o = std::make_shared<EvaluateOptions>();
   command.add_option("FILE", o->files, "records, as CSV; - is standard input")->required();
   command.add_option("--horizon", o->horizon, "samples to predict ahead; inf simulates")
-      ->check(CLI::IsMember({kSimulate}) | whole_number(1, kLongestHorizon))
+      ->check(word_or_whole_number(kSimulate, 1, kLongestHorizon))
       ->type_name("SAMPLES");
   command
       .add_option("--initial-from", o->initial_from,

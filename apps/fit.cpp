@@ -22,8 +22,12 @@
 namespace armukf::apps {
 namespace {
 
+constexpr const char* kSimulation = "simulation";
+constexpr const char* kPrediction = "prediction";
+
 struct FitOptions {
   std::vector<std::string> files;
+  std::string criterion = kSimulation;
   std::string save;
   IdentifySettings settings;
   InitialOptions initial;
@@ -38,7 +42,8 @@ void fit(FitOptions& o) {
   ModelFile start = chosen_model(o.model);
   o.settings.propagation = start.settings.propagation;
   o.settings.longest_gap_s = start.settings.gate.longest_gap_s;
-  const bool predicts = o.settings.criterion == Criterion::kPrediction;
+  const bool predicts = o.criterion == kPrediction;
+  o.settings.criterion = predicts ? Criterion::kPrediction : Criterion::kSimulation;
   o.settings.initial =
       chosen_initial(o.initial, start.model,
                      predicts ? prediction_choice(start.model) : published_choice(start.model));
@@ -74,15 +79,12 @@ void add_fit(CLI::App& program) {
   command.add_option("FILE", o->files, "records, as CSV; - is standard input")->required();
   command
       .add_option(
-          "--criterion", o->settings.criterion,
+          "--criterion", o->criterion,
           "error of the plain simulation, or of the prediction one sample ahead by a Kalman\n"
           "filter of the states: better where the torque has noise that is not in u")
-      ->transform(CLI::CheckedTransformer(
-                      std::map<std::string, Criterion>{{"simulation", Criterion::kSimulation},
-                                                       {"prediction", Criterion::kPrediction}})
-                      .description(""))  // the type's name says them
+      ->check(one_of({kSimulation, kPrediction}).description(""))  // the type's name says them
       ->type_name("simulation|prediction")
-      ->default_str("simulation");
+      ->default_str(kSimulation);
   command
       .add_option("--starts", o->settings.starts,
                   "searches; all but the first from drawn start values")

@@ -1,7 +1,9 @@
 #include "option_values.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <functional>
@@ -57,6 +59,25 @@ CLI::Validator whole_number(std::uint64_t least, std::uint64_t greatest) {
     std::uint64_t value = 0;
     if (read_whole(text, value) && value >= least && value <= greatest) return {};
     return fmt::format("must be a whole number from {} to {}, not '{}'", least, greatest, text);
+  };
+  return {complaint, ""};
+}
+
+CLI::Validator one_of(const std::vector<std::string>& words) {
+  const auto complaint = [words](const std::string& text) -> std::string {
+    if (std::ranges::find(words, text) != words.end()) return {};
+    return fmt::format("must be one of {}, not '{}'", fmt::join(words, ", "), text);
+  };
+  return {complaint, fmt::format("{{{}}}", fmt::join(words, ","))};
+}
+
+CLI::Validator word_or_whole_number(const std::string& word, std::uint64_t least,
+                                    std::uint64_t greatest) {
+  const auto complaint = [=](const std::string& text) -> std::string {
+    std::uint64_t value = 0;
+    if (text == word || (read_whole(text, value) && value >= least && value <= greatest)) return {};
+    return fmt::format("must be {} or a whole number from {} to {}, not '{}'", word, least,
+                       greatest, text);
   };
   return {complaint, ""};
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "armukf/core/error.hpp"
 
@@ -20,6 +21,13 @@ CLI::Validator number_to(double greatest);
 
 /// A whole number from `least` to `greatest`.
 CLI::Validator whole_number(std::uint64_t least, std::uint64_t greatest);
+
+/// One of these words, which the help shows.
+CLI::Validator one_of(const std::vector<std::string>& words);
+
+/// That word, or a whole number from least to greatest.
+CLI::Validator word_or_whole_number(const std::string& word, std::uint64_t least,
+                                    std::uint64_t greatest);
 
 /// How many threads share the work.
 void add_threads_option(CLI::App& command, int& threads);

@@ -111,6 +111,26 @@ Drift drift_of(const Model& model, std::string_view text) {
   return drift;
 }
 
+/// Effects that the model has, and none of.
+std::string idle_effects(const Model& model) {
+  std::string text;
+  for (const EffectSlot& slot : model.effects) {
+    const std::vector<EffectParameter> own = parameters_of(slot.effect);
+    std::string sizes;
+    bool is_idle = true;
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      if (own[i].role != Role::kSize) continue;
+      const Parameter& size = model.parameters[slot.first_parameter + static_cast<int>(i)];
+      sizes += fmt::format("{}--set {}=…", sizes.empty() ? "" : " ", size.name);
+      is_idle = is_idle && size.value == 0.0;
+    }
+    if (is_idle && !sizes.empty())
+      text += fmt::format("note: {} has no size, and is as if it were not there: {}\n", slot.name(),
+                          sizes);
+  }
+  return text;
+}
+
 void simulate(SimulateOptions& o) {
   check_outputs({}, {{"-o", o.output}, {"--save", o.save}, {"--json", o.report.json}});
   ExperimentSettings& s = o.settings;
@@ -123,6 +143,7 @@ void simulate(SimulateOptions& o) {
   });
   const SimulatedExperiment experiment =
       of_option("--samples", [&] { return simulate_experiment(model, s); });
+  if (!o.report.quiet) fmt::print(stderr, "{}", idle_effects(model));
   const Record& record = experiment.record;
   if (!std::isfinite(record.samples.back().y))
     throw std::runtime_error("the arm with these parameters runs away under speed control");

@@ -12,6 +12,10 @@
 namespace armukf::apps {
 namespace {
 
+/// Of the square of the speed: speeds that rise and fall over seconds have a thousandth, noise
+/// included, the fast ones by which springs are told a twentieth and more.
+constexpr double kMostFast = 0.01;
+
 constexpr std::string_view kSlow = "slow=";
 constexpr std::string_view kFrequency = "frequency";
 
@@ -83,6 +87,12 @@ std::string find_start(const StartOptions& options, const ModelOptions& model_op
     keep_given(model_options.values, before, start.model);
     text += fmt::format("start values from slow motion, {}\n{}", slow.name,
                         changes(before, start.model));
+    if (const double fast = share_of_fast_motion(slow); fast > kMostFast)
+      text += fmt::format(
+          "note: {:.2g} % of the motion of {} is faster than a quarter of a second: friction and "
+          "J\n"
+          "      from it are a guess\n",
+          100.0 * fast, slow.name);
   }
   if (options.frequency) {
     const Model slow = start.model;

@@ -10,7 +10,7 @@ void add_stream_options(CLI::App& command, StreamOptions& options) {
       .add_option("--on-error", options.on_error,
                   "at a row that cannot be read: stop (the default for a file), skip it (for what "
                   "is live), or take its measurement for missing if its time can be read")
-      ->check(CLI::IsMember({"stop", "skip", "missing"}));
+      ->check(one_of({"stop", "skip", "missing"}));
   command
       .add_option("--reorder-s", options.reorder_s,
                   "s by which a row may come later than those after it; rows wait so long")

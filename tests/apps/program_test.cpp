@@ -89,6 +89,52 @@ TEST_F(Program, OptionsThatDoNotFitTheModelTakeOneLineThatNamesTheOption) {
   EXPECT_FALSE(exists("a.csv"));
 }
 
+TEST_F(Program, OptionsOfAFewWordsSayWhichThereAre) {
+  run("simulate -o a.csv --samples 200");
+  expect_refused("fit a.csv --criterion both",
+                 "--criterion: must be one of simulation, prediction, not 'both'");
+  expect_refused("estimate a.csv --on-error guess",
+                 "--on-error: must be one of stop, skip, missing, not 'guess'");
+  expect_refused("evaluate a.csv --horizon 0",
+                 "--horizon: must be inf or a whole number from 1 to 1000000, not '0'");
+}
+
+TEST_F(Program, AnEffectWithoutSizeIsSaidToBeNone) {
+  const Outcome none = run("simulate -o a.csv --samples 200 --effect backlash");
+  EXPECT_EQ(none.error,
+            "note: backlash has no size, and is as if it were not there: --set backlash=…\n");
+  EXPECT_EQ(run("simulate -o a.csv --samples 200 --effect backlash --set backlash=0.01").error, "");
+}
+
+/// Innovations of a sensor that is better than any are mostly the filter's own caution.
+TEST_F(Program, SaysNothingIsLackingWhereASensorHasHardlyAnyNoise) {
+  for (const char* noise : {"0", "0.001", "0.003"}) {
+    run(fmt::format("simulate -o quiet.csv --sensor-noise {} --seed 101 --quiet", noise));
+    const Outcome complete = run("quiet.csv --json -");
+    EXPECT_NE(complete.output.find("\"model_lacks\": false"), std::string::npos) << noise;
+    run(
+        fmt::format("simulate -o lacks.csv --sensor-noise {} --effect gear_friction --set "
+                    "gear_friction_coulomb=0.1 --quiet",
+                    noise));
+    const Outcome lacks = run("lacks.csv --json -");
+    EXPECT_NE(lacks.output.find("\"model_lacks\": true"), std::string::npos) << noise;
+  }
+}
+
+TEST_F(Program, PredictionsThatLeaveMuchAreSaidToBendTheModel) {
+  run("simulate -o a.csv --samples 3000 --sensor-noise 0.1 --save true.toml --quiet");
+  run("simulate -o lag.csv --samples 3000 --sensor-noise 0.1 --effect sensor_lag --set "
+      "sensor_lag_time=0.003 --quiet");
+  const auto says = [&](const std::string& record) {
+    return run("fit " + record +
+               " --criterion prediction --no-blocks --iterations 2 --model true.toml")
+               .output.find("note: so much is left in the predictions' errors") !=
+           std::string::npos;
+  };
+  EXPECT_FALSE(says("a.csv"));
+  EXPECT_TRUE(says("lag.csv"));
+}
+
 TEST_F(Program, StartValuesFromScratchNeedWhatTheyAreFrom) {
   run("simulate -o slow.csv --samples 200 --experiment validation3");
   expect_refused("fit --start slow",

@@ -46,11 +46,53 @@ TEST_F(WatchProgram, WritesALineForTheChangeAndOneForItsSize) {
     EXPECT_EQ(event["what"], "torque_gain");
     EXPECT_NEAR(event["onset"], 7.0, 0.3);
     EXPECT_NEAR(event["to"], -0.2, 0.03);
-    for (const char* key : {"t", "from", "sd", "p", "also_possible", "settled"})
+    for (const char* key : {"t", "from", "sd", "p", "also_possible", "settled", "unit"})
       EXPECT_TRUE(event.contains(key)) << key;
   }
   EXPECT_EQ(nlohmann::json::parse(text("summary.json"))["events"], 1);
   EXPECT_NE(outcome.error.find("changes of the machine: 1"), std::string::npos) << outcome.error;
+}
+
+TEST_F(WatchProgram, SavesTheDriveAsItIsAndJudgesTheModelByWhatCameSince) {
+  put_record();
+  ASSERT_EQ(run("record.csv --watch --save found.toml --json summary.json > rows.csv").status, 0);
+  const auto summary = nlohmann::json::parse(text("summary.json"));
+  EXPECT_FALSE(summary["innovation"]["model_lacks"]);
+  EXPECT_GT(summary["simulation"]["fit_percent"], 95.0);  // of the machine as it is
+  EXPECT_LT(summary["simulation"]["samples"], 6000);
+  EXPECT_NEAR(summary["altered"]["torque_gain"]["to"], -0.2, 0.01);
+
+  const std::vector<std::string> lines = lines_of(text("record.csv"));
+  std::string rest = lines[0] + "\n";
+  for (std::size_t k = 14001; k < lines.size(); ++k) rest += lines[k] + "\n";
+  put("rest.csv", rest);
+  const auto next = nlohmann::json::parse(run("rest.csv --model found.toml --json -").output);
+  EXPECT_NEAR(next["parameters"]["torque_gain"]["value"], -0.2, 0.01);
+  EXPECT_GT(next["innovation"]["fit_percent"], 95.0);
+  EXPECT_GT(next["simulation"]["fit_percent"], 95.0);
+}
+
+TEST_F(WatchProgram, SaysWhatOfASensorNoModelFileHolds) {
+  run("simulate -o whole.csv --sensor-noise 0.1 --torque-disturbance 0.1 --quiet");
+  ASSERT_EQ(
+      shell("awk -F, -v OFS=, '/^[0-9]/ && $1 >= 7 { $3 *= 1.05 } { print }' whole.csv > s.csv"),
+      0);
+  const Outcome outcome = run("s.csv --watch --save found.toml > rows.csv");
+  EXPECT_NE(outcome.error.find("no model file holds what the sensor does (sensor_gain 0.0"),
+            std::string::npos)
+      << outcome.error;
+}
+
+TEST_F(WatchProgram, SaysThatAPayloadMakesTheInertiaAnother) {
+  run("simulate -o p.csv --sensor-noise 0.1 --torque-disturbance 0.1 --effect payload_change "
+      "--set payload=0.4 --set payload_time=6 --quiet");
+  const Outcome outcome = run("p.csv --watch --json summary.json > rows.csv");
+  const auto summary = nlohmann::json::parse(text("summary.json"));
+  const auto& inertia = summary["altered"]["J"];
+  EXPECT_GT(inertia["to"], 1.02 * inertia["from"].get<double>());
+  EXPECT_EQ(inertia["unit"], "kg.m^2");
+  EXPECT_NE(outcome.error.find("a_m and a_g are shares of that J"), std::string::npos)
+      << outcome.error;
 }
 
 TEST_F(WatchProgram, EventsHaveStandardOutputToThemselves) {

@@ -131,6 +131,13 @@ TEST(SlowMotion, TellsFrictionAndInertiaWhateverTheyWereTakenFor) {
   EXPECT_EQ(found.parameters[kKa].value, model.parameters[kKa].value);
 }
 
+TEST(SlowMotion, IsToldFromFastMotion) {
+  const Model arm = published_estimate();
+  EXPECT_LT(share_of_fast_motion(experiment(arm, ExperimentKind::kValidation3, 10000)), 0.002);
+  EXPECT_GT(share_of_fast_motion(experiment(arm, ExperimentKind::kEstimation, 10000)), 0.03);
+  EXPECT_EQ(share_of_fast_motion({"none.csv", {}}), 0.0);
+}
+
 TEST(SlowMotion, RefusesARecordThatCannotTell) {
   Record record{"slow.csv", {}};
   const auto message = [&] {

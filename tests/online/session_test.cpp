@@ -12,6 +12,8 @@
 
 #include "armukf/batch/experiment.hpp"
 #include "armukf/core/error.hpp"
+#include "armukf/online/condition.hpp"
+#include "armukf/online/recursion.hpp"
 #include "armukf/online/tally.hpp"
 
 namespace armukf {
@@ -508,6 +510,77 @@ TEST(Session, RefusesBoundsOfAdaptationThatCross) {
   settings.adaptation.least = 2.0;
   settings.adaptation.most = 1.0;
   EXPECT_THROW(Session(published_arm(), settings), InputError);
+}
+
+/// Slow motion turns all masses as one: what the motor's share is, only the noise tells that the
+/// controller brings into the torque, and by that several arms are nearly as likely. Each filter by
+/// itself is too sure of its own.
+TEST(Session, DoubtsWhatOnlySeveralArmsTogetherExplain) {
+  const Model truth = published_estimate();
+  const int motor = truth.index_of("a_m");
+  for (const std::uint64_t seed : {101, 102, 103, 104}) {
+    const std::vector<Sample> samples =
+        simulate_experiment(truth, {.kind = ExperimentKind::kValidation3,
+                                    .seed = seed,
+                                    .samples = 12000,
+                                    .sensor_noise = 0.1,
+                                    .torque_disturbance = 0.1})
+            .record.samples;
+    Session session(published_arm(), {});
+    run(session, samples);
+    EXPECT_TRUE(session.is_settling()) << seed;
+    const double off = session.model().parameters[motor].value - truth.parameters[motor].value;
+    EXPECT_LT(std::abs(off), 3.0 * session.parameter_deviations()[motor]) << seed;
+    EXPECT_NEAR(std::sqrt(session.parameter_covariance()(0, 0)),
+                session.parameter_deviations()[motor], 1e-12)
+        << seed;
+    // A share is told, though its coordinate holds another mass' share as well.
+    EXPECT_EQ(std::ranges::count(session.hardly_told(), "a_m"), 0) << seed;
+  }
+}
+
+TEST(Passes, BeginWithoutWhatTheSamplesDidNotTell) {
+  Model start = published_arm();
+  RecursiveEstimate found;
+  found.model = start;
+  for (const char* name : {"k_a", "d_a"}) found.model.parameter(name).value *= 0.1;
+  found.hardly_told = {"d_a"};
+  const Model next = next_start(start, found);
+  EXPECT_EQ(next.parameter("k_a").value, found.model.parameter("k_a").value);
+  EXPECT_EQ(next.parameter("d_a").value, start.parameter("d_a").value);
+}
+
+TEST(Condition, StandsInAModelAsEffectsOfTheDrive) {
+  Condition condition;
+  EXPECT_TRUE(with_drive(published_arm(), condition).effects.empty());
+  condition.torque_gain = -0.2;
+  condition.input_delay = 1e-3;
+  condition.sensor_gain = 0.05;
+  const Model model = with_drive(published_arm(), condition);
+  ASSERT_EQ(model.effects.size(), 2U);  // none for the sensor
+  EXPECT_EQ(model.parameter("torque_gain").value, -0.2);
+  EXPECT_TRUE(model.parameter("torque_gain").known);
+  EXPECT_EQ(model.parameter("input_delay").value, 1e-3);
+  std::vector<Sample> samples{{0.0, 1.0, 2.1}, {1e-3, 3.0, 4.2}, {2e-3, 5.0, 6.3}};
+  samples = at_the_arm(samples, condition);
+  EXPECT_DOUBLE_EQ(samples[2].u, 0.8 * 3.0);
+  EXPECT_DOUBLE_EQ(samples[2].y, 6.0);
+  const std::vector<Deviance> all = deviances(condition);
+  ASSERT_EQ(all.size(), 3U);
+  EXPECT_EQ(all.back().name, "sensor_gain");
+  EXPECT_TRUE(all.back().of_sensor);
+}
+
+TEST(Tally, JudgesTheModelByWhatComesAfterAChange) {
+  Session session(published_arm(), {});
+  Tally tally;
+  const std::vector<Sample> samples = record(400);
+  for (int k = 0; k < 300; ++k) tally.add(session.step(samples[k]));
+  EXPECT_EQ(tally.lately().count(), 300U);
+  tally.begin_anew();
+  for (int k = 300; k < 400; ++k) tally.add(session.step(samples[k]));
+  EXPECT_EQ(tally.lately().count(), 100U);
+  EXPECT_EQ(tally.innovations().count(), 400U);
 }
 
 TEST(Tally, CountsWhatBecameOfEachSample) {

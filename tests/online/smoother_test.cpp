@@ -55,6 +55,27 @@ TEST_P(Smoother, KnowsEveryStateBetterThanTheFilter) {
   for (int i = 0; i < kArmStates; ++i) EXPECT_LT(smoothed2[i], filtered2[i]) << i;
 }
 
+/// Two seconds tell next to nothing of what damps the arm: passes that each went on from what the
+/// last one believed of it ended at a hundred-thousandth of it, and were sure.
+TEST(ShortRecord, LeavesTheSmootherAsUnsureAsTheFilter) {
+  const Model truth = published_estimate();
+  for (const std::uint64_t seed : {105, 107, 109}) {
+    const std::vector<Sample> samples =
+        simulate_experiment(
+            truth, {.seed = seed, .samples = 4000, .sensor_noise = 0.1, .torque_disturbance = 0.1})
+            .record.samples;
+    const SmoothedRecord smoothed = smooth(published_arm(), {}, samples);
+    EXPECT_TRUE(smoothed.settling) << seed;
+    std::size_t column = kArmStates;
+    for (const int i : published_arm().unknowns()) {
+      const double off = smoothed.values_at(3999)[column] - truth.parameters[i].value;
+      EXPECT_LT(std::abs(off), 3.0 * smoothed.deviations_at(3999)[column])
+          << truth.parameters[i].name << ", seed " << seed;
+      ++column;
+    }
+  }
+}
+
 TEST_P(Smoother, EndsWithTheFilter) {
   const std::vector<Sample> samples = experiment(800).record.samples;
   const EstimatorSettings settings = honest(GetParam());

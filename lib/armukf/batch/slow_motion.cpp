@@ -182,4 +182,28 @@ Model from_slow_motion(Model model, const Record& record, const Propagation& pro
   return model;
 }
 
+double share_of_fast_motion(const Record& record) {
+  std::vector<Window> windows;
+  const std::vector<Record> pieces = split_at_gaps({record});
+  for (const Record& piece : pieces) add_windows(piece.samples, windows);
+  double all = 0.0;
+  double fast = 0.0;
+  for (const Window& w : windows) {
+    // What a straight line leaves of the speed in the window.
+    double n = 0.0, t = 0.0, y = 0.0, tt = 0.0, ty = 0.0, yy = 0.0;
+    for (const Sample* s = w.first; s != w.last; ++s) {
+      const double at = s->t - w.first->t;
+      n += 1.0;
+      t += at;
+      y += s->y;
+      tt += at * at;
+      ty += at * s->y;
+      yy += s->y * s->y;
+    }
+    all += yy;
+    fast += yy - y * y / n - std::pow(ty - t * y / n, 2) / (tt - t * t / n);
+  }
+  return all > 0.0 ? fast / all : 0.0;
+}
+
 }  // namespace armukf

@@ -23,4 +23,8 @@ namespace armukf {
 /// cannot be told, and where no guess can be simulated.
 Model from_slow_motion(Model model, const Record& record, const Propagation& propagation);
 
+/// Of the square of a record's speed, what is faster than a quarter of a second: of slow motion
+/// next to nothing, and what is found from any other motion is a guess.
+double share_of_fast_motion(const Record& record);
+
 }  // namespace armukf

@@ -76,7 +76,7 @@ std::array<double, 4> solved(std::array<std::array<double, 4>, 4> A, std::array<
 
 }  // namespace
 
-NoiseSpectrum::NoiseSpectrum() {
+NoiseSpectrum::NoiseSpectrum(int fewest_blocks) : fewest_blocks_(fewest_blocks) {
   double power = 0.0;
   for (int k = 0; k < kBlock; ++k) {
     const double angle = 2.0 * std::numbers::pi * k / kBlock;
@@ -112,7 +112,7 @@ bool NoiseSpectrum::take(double m, bool spread) {
   std::copy(block_.begin() + kBlock / 2, block_.end(), block_.begin());
   filled_ = kBlock / 2;
   spread_ = {spread_[1], 0};
-  if (!tells || blocks_ <= kFewestBlocks) return false;
+  if (!tells || !has_learnt()) return false;
   fit();
   return true;
 }

@@ -45,7 +45,9 @@ struct NoisePair {
 /// analysis of multiple stationary time series", JRSS B 15 (1953). Memory is constant.
 class NoiseSpectrum {
  public:
-  NoiseSpectrum();
+  /// fewest_blocks: beyond so many it is learnt; from the spectrum of one block four numbers can
+  /// hardly be read.
+  explicit NoiseSpectrum(int fewest_blocks = 1);
 
   /// Takes the next m (rad/s); or the sum of some in a row, of measurements that are missing, which
   /// is spread evenly. Returns true where a block is full and the noises are learnt anew; a block
@@ -58,19 +60,18 @@ class NoiseSpectrum {
     spread_ = {};
   }
 
-  bool has_learnt() const { return blocks_ > kFewestBlocks; }
+  bool has_learnt() const { return blocks_ > fewest_blocks_; }
   const NoisePair& noise() const { return noise_; }
 
   template <class Archive>
   void archive(Archive& archive) {
-    archive(block_, filled_, spread_, blocks_, noise_);
+    archive(block_, filled_, spread_, blocks_, fewest_blocks_, noise_);
     for (Bin& bin : bins_) archive(bin.density);
     filled_ = std::clamp(filled_, 0, kBlock - 1);  // it is an index, whoever wrote the archive
   }
 
  private:
-  static constexpr int kBlock = 1024;      // samples
-  static constexpr int kFewestBlocks = 1;  // from whose spectrum four numbers can be read
+  static constexpr int kBlock = 1024;  // samples
   // Blocks, of which the average never holds more than the last so many: slow changes are followed.
   static constexpr double kMostBlocks = 200.0;
   // Below this line of a block's spectrum the unsettled model and its arm's resonance count most.
@@ -103,6 +104,7 @@ class NoiseSpectrum {
   int filled_ = 0;
   std::array<int, 2> spread_{};  // in each half of the block
   int blocks_ = 0;
+  int fewest_blocks_;
   NoisePair noise_;
 };
 

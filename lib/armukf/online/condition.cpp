@@ -49,6 +49,43 @@ void carry(Condition& c, double factor) {
 
 }  // namespace
 
+std::vector<Deviance> deviances(const Condition& c) {
+  std::vector<Deviance> all{{"torque_gain", c.torque_gain, "-", false},
+                            {"torque_bias", c.torque_bias, "N.m", false},
+                            {"input_delay", c.input_delay, "s", false},
+                            {"sensor_gain", c.sensor_gain, "-", true},
+                            {"sensor_bias", c.sensor_bias, "rad/s", true}};
+  std::erase_if(all, [](const Deviance& d) { return d.value == 0.0; });
+  return all;
+}
+
+Model with_drive(Model model, const Condition& condition) {
+  for (const Deviance& d : deviances(condition)) {
+    if (d.of_sensor || model.has_effect(d.name) || !model.has_room_for(d.name)) continue;
+    model.add_effect(d.name);
+    Parameter& p = model.parameter(d.name);
+    p.value = d.value;
+    p.known = true;
+  }
+  return model;
+}
+
+std::vector<Sample> at_the_arm(std::vector<Sample> samples, const Condition& condition) {
+  TorqueMemory torques;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    const double interval = k > 0 ? samples[k].t - samples[k - 1].t : 1.0;
+    samples[k] = at_the_arm(samples[k], interval, condition, torques);
+  }
+  return samples;
+}
+
+Sample at_the_arm(Sample sample, double interval, const Condition& c, TorqueMemory& torques) {
+  torques.take(sample.u);
+  sample.u = (1.0 + c.torque_gain) * torques.before(c.input_delay / interval) + c.torque_bias;
+  sample.y = (sample.y - c.sensor_bias) / (1.0 + c.sensor_gain);
+  return sample;
+}
+
 std::vector<Changeable> changeables(const Model& model, const Condition& condition) {
   std::vector<Changeable> all;
   const auto add_parameter = [&](int i, double doubt) {

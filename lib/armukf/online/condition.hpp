@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "armukf/core/record.hpp"
 #include "armukf/model/model.hpp"
 
 namespace armukf {
@@ -55,6 +56,25 @@ class TorqueMemory {
  private:
   std::array<double, kSize> u_{};  // N.m, the last one first
 };
+
+/// Something around the arm that is not as it should be: of a condition, by name.
+struct Deviance {
+  std::string name;  // as in Changeable
+  double value;
+  std::string unit;
+  bool of_sensor;  // a model has no effect for it
+};
+
+/// Of drive and sensor what is not 0; what parameters tell is not among it.
+std::vector<Deviance> deviances(const Condition& condition);
+
+/// The model with effects that do what the condition says of the drive, as known parameters.
+Model with_drive(Model model, const Condition& condition);
+
+/// What the arm itself has seen and shown of a sample, an interval (s) after the last one.
+Sample at_the_arm(Sample sample, double interval, const Condition& condition,
+                  TorqueMemory& torques);
+std::vector<Sample> at_the_arm(std::vector<Sample> samples, const Condition& condition);
 
 /// Something of a machine that may change by itself.
 struct Changeable {

@@ -192,14 +192,25 @@ class Engine {
   }
 
   /// Begins with these parameters (one per parameter of the model), in their prior spread, and with
-  /// the noise that `first` has learnt, of the same model. What is learnt of the noise begins anew.
-  void look_again(const Engine& first, const std::vector<double>& p) {
+  /// the noise that `first` has learnt, of the same model, or that part of the torque's. What is
+  /// learnt of the noise begins anew.
+  void look_again(const Engine& first, const std::vector<double>& p, double part_of_torque) {
     believed_spread_ = first.believed_spread_;
     believe_parameters(p);
     noise_ = first.noise_;
+    noise_.kick.sd *= part_of_torque;
     learnt_ = first.learnt_;
     model_error_ = 0.0;
     opening_ = settings_->noise.model_error.start * settings_->noise.model_error.start;
+  }
+
+  /// What was seen lately was of a machine that has changed: the noise is learnt anew, and until
+  /// then what is reckoned with stays. What is not noise is told anew as well.
+  void begin_noise_anew() {
+    watch_ = NoiseWatch::after_change();
+    samples_ = 0;
+    seen_ = 0.0;
+    expected_ = 0.0;
   }
 
   /// Whether the noise has been learnt, and is noise.

@@ -16,6 +16,16 @@ struct Between {
 /// the model expects of a motion without noise, and noise.
 class NoiseWatch {
  public:
+  NoiseWatch() = default;
+
+  /// Of a machine whose noise was known before it changed: it is learnt once that is as good.
+  static NoiseWatch after_change() {
+    constexpr int kFewestBlocks = 8;  // two seconds and a quarter at 2 kHz
+    NoiseWatch watch;
+    watch.spectrum_ = NoiseSpectrum(kFewestBlocks);
+    return watch;
+  }
+
   /// Takes a used measurement, and what of it the belief took for speed (rad/s), not sensor noise,
   /// before it was seen and since. Returns true where the noises are learnt anew.
   bool see(const Innovation& innovation, double before, double after, const Between& between) {

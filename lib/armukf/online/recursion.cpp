@@ -14,7 +14,15 @@ RecursiveEstimate result_of(const Session& session, const std::string& filter, c
           .model_sd = session.model_deviations(),
           .belief = session.belief(),
           .hardly_told = session.hardly_told(),
-          .settling = session.is_settling()};
+          .settling = session.is_settling(),
+          .condition = session.condition()};
+}
+
+Model next_start(const Model& start, const RecursiveEstimate& found) {
+  Model next = found.model;
+  for (const std::string& name : found.hardly_told)
+    next.parameter(name).value = start.parameter(name).value;
+  return next;
 }
 
 RecursiveEstimate estimate_record(Model start, const EstimatorSettings& settings,
@@ -28,7 +36,7 @@ RecursiveEstimate estimate_record(Model start, const EstimatorSettings& settings
     for (const Sample& sample : samples) tally.add(session.step(sample));
     const std::chrono::duration<double> taken = Clock::now() - begin;
     result = result_of(session, settings.filter, tally, taken.count());
-    start = result.model;
+    start = next_start(start, result);
   }
   return result;
 }

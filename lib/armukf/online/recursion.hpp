@@ -23,7 +23,12 @@ struct RecursiveEstimate {
   ParameterBelief belief;        // its covariance goes with sd
   std::vector<std::string> hardly_told;  // names of parameters, see Session
   bool settling = false;                 // when the samples ended, see Session
+  Condition condition;                   // of drive and sensor, where they have changed
 };
+
+/// What another pass begins with: the values that it has found; of what the samples told hardly
+/// anything, those that it began with, or else pass after pass would lead them away.
+Model next_start(const Model& start, const RecursiveEstimate& found);
 
 /// What a session has come to.
 RecursiveEstimate result_of(const Session& session, const std::string& filter, const Tally& tally,

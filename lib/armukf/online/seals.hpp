@@ -6,7 +6,7 @@
 /// it, changes: an older checkpoint is then refused instead of being misread.
 namespace armukf {
 
-inline constexpr Seal kSessionSeal{"armukf_s", 9};
-inline constexpr Seal kTrackSeal{"armukf_t", 10};
+inline constexpr Seal kSessionSeal{"armukf_s", 10};
+inline constexpr Seal kTrackSeal{"armukf_t", 11};
 
 }  // namespace armukf

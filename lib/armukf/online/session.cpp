@@ -61,12 +61,13 @@ double log_likelihood(const AnyRunner& runner) {
 }
 
 /// A second look at the samples of the beginning, from that start, with the noise that a first one
-/// has learnt. Likelihood counts from their end on.
-AnyRunner second_look(const AnyRunner& first, const Start& start, std::span<const Sample> samples) {
+/// has learnt, or that part of the torque's. Likelihood counts from their end on.
+AnyRunner second_look(const AnyRunner& first, const Start& start, std::span<const Sample> samples,
+                      double part_of_torque = 1.0) {
   return std::visit(
       [&](const auto& runner) -> AnyRunner {
         auto again = runner.anew();
-        again.engine().look_again(runner.engine(), start.values);
+        again.engine().look_again(runner.engine(), start.values, part_of_torque);
         again.engine().begin_at(start.places);
         for (const Sample& sample : samples) again.step(sample);
         again.forget_likelihood();
@@ -140,6 +141,8 @@ constexpr std::size_t kFinalists = 2;
 constexpr double kLessLikely = 12.0;
 /// s, watched, by which the leader goes on alone in any case.
 constexpr double kRivalsS = 20.0;
+/// Of the torque's noise that was learnt, what a filter that doubts it begins with.
+constexpr double kDoubtedPart = 0.1;
 
 struct Session::State {
   State(const Model& m, const EstimatorSettings& s);
@@ -148,7 +151,9 @@ struct Session::State {
   Estimate pass_over(const Sample& sample) const;
   Sample usable(Sample sample);
   void report(const AnyRunner& leader);
+  bool leaves_start() const;
   double unsettled(int k, double sd) const;
+  double spread(const AnyRunner& leader, int k) const;
   void decide();
   void end_race();
   void look_back();
@@ -159,6 +164,8 @@ struct Session::State {
   std::size_t most_runners() const;
   void keep(const Sample& sample);
   const AnyRunner& leader() const;
+  template <class Visit>
+  void visit_all(const Visit& visit);
   const Moment& moment() const;
   double session_time(double t) const;
   double usual_interval() const { return last_interval > 0.0 ? last_interval : 1.0; }
@@ -172,6 +179,7 @@ struct Session::State {
   FreeCoordinates coordinates;
   EstimatorSettings settings;
   std::vector<AnyRunner> runners;
+  std::optional<AnyRunner> doubter;  // of the noise that was learnt; never leads
   bool raced = false;
   std::array<std::size_t, kFinalists> finalists{};  // the race's best, positions in starts_of
   std::optional<double> last_time;  // s, session's, of the last sample that was taken
@@ -248,7 +256,7 @@ void Session::State::decide() {
   if (watched < settings.race.duration_s) return;
   if (!raced) end_race();
   if (watched >= kLookBackS || beginning.size() == kMostBeginning) look_back();
-  if (runners.size() > 1 && !keeps_beginning) give_up_rivals(watched);
+  if ((runners.size() > 1 || doubter) && !keeps_beginning) give_up_rivals(watched);
 }
 
 /// Leaves the likeliest of all, and the next one where it may look again.
@@ -273,6 +281,10 @@ void Session::State::end_race() {
 /// A motion may tell the right arm from a wrong one only later, when a filter would be too sure of
 /// the wrong one to leave it: so the next best of the race looks again as well, and the winner from
 /// its own parameters times each start's factors.
+/// The torque's noise was learnt with parameters that were still far off, and where a controller
+/// brings the sensor's noise into the torque, too much of it bends what tells the motor's share,
+/// which again looks like that noise. A filter that begins with less of it goes on beside them, to
+/// tell how much hangs on it.
 void Session::State::look_back() {
   if (beginning.empty()) return;
   if (!std::visit([](const auto& r) { return r.engine().has_learnt(); }, runners.front())) {
@@ -288,14 +300,15 @@ void Session::State::look_back() {
       found.parameters[i].value = believed.values[i];
     return found;
   };
-  const auto look = [&](const std::vector<double>& from, std::size_t finalist) {
-    return second_look(first, {from, starts[finalists[finalist]].places}, beginning);
+  const auto look = [&](const std::vector<double>& from, std::size_t finalist, double part = 1.0) {
+    return second_look(first, {from, starts[finalists[finalist]].places}, beginning, part);
   };
   for (std::size_t i = 0; i < runners.size(); ++i)
     runners[i] = look(with_parameters_of(runners[i]).values(), i);
   for (const StartFactors& factors : settings.race.starts)
     if (!factors.empty())
       runners.push_back(look(start_values(with_parameters_of(first), factors), 0));
+  doubter = look(with_parameters_of(first).values(), 0, kDoubtedPart);
   beginning.clear();
   keeps_beginning = false;
 }
@@ -311,14 +324,24 @@ bool Session::State::agree(const BelievedParameters& a, const BelievedParameters
   return true;
 }
 
-/// Whether the samples have told hardly anything of an unknown.
+/// Whether the samples have told hardly anything of an unknown. A share of inertia is told where
+/// its own deviation is, though its coordinate holds another mass' as well.
 bool Session::State::is_hardly_told(const AnyRunner& runner, int k) const {
   constexpr double kLeft = 0.7;  // of the deviation: half of the variance
   return std::visit(
       [&](const auto& r) {
-        return r.engine().free_variance(k) > kLeft * kLeft * first_variances[k];
+        if (!(r.engine().free_variance(k) > kLeft * kLeft * first_variances[k])) return false;
+        if (model.parameters[coordinates.unknowns()[k]].upper == kUnbounded) return true;
+        std::array<double, kMaxParameters> sd;
+        r.engine().deviations(sd.data());
+        return sd[k] > kLeft * first_deviations[k];
       },
       runner);
+}
+
+/// Whether it still leaves the start values, which it will look at again.
+bool Session::State::leaves_start() const {
+  return (!raced || keeps_beginning) && settings.noise.model_error.gain > 0.0;
 }
 
 /// By what the deviation of an unknown is multiplied until the second look. While the start values
@@ -327,11 +350,37 @@ bool Session::State::is_hardly_told(const AnyRunner& runner, int k) const {
 /// pass.
 double Session::State::unsettled(int k, double sd) const {
   constexpr double kAlike = 30.0;  // samples that tell as much as one
-  const bool leaves_start = !raced || keeps_beginning;
   const double first = first_deviations[k];
-  if (!leaves_start || settings.noise.model_error.gain == 0.0 || !(sd > 0.0 && sd < first))
-    return 1.0;
+  if (!leaves_start() || !(sd > 0.0 && sd < first)) return 1.0;
   return std::sqrt(kAlike / (1.0 + (kAlike - 1.0) * std::pow(sd / first, 2)));
+}
+
+/// How far the filters that go on beside the leader are from its k-th unknown: each counts the
+/// less, the less likely it is, down to where it is given up. What little motion tells, as slow
+/// motion does of masses and springs, several arms explain nearly as well, and each is too sure of
+/// its own.
+double Session::State::spread(const AnyRunner& leader, int k) const {
+  if (!raced || keeps_beginning || (runners.size() == 1 && !doubter)) return 0.0;
+  const auto value = [&](const AnyRunner& runner) {
+    return std::visit(
+        [&](const auto& r) { return r.engine().parameters()[coordinates.unknowns()[k]]; }, runner);
+  };
+  const double its = value(leader);
+  const auto weight = [&](const AnyRunner& runner) {
+    const double behind = log_likelihood(leader) - log_likelihood(runner);
+    return std::exp(-std::max(0.0, behind) / kLessLikely);
+  };
+  const auto apart = [&](const AnyRunner& runner) {
+    const double difference = value(runner) - its;
+    return weight(runner) * difference * difference;
+  };
+  double sum = 0.0;
+  double weights = 0.0;
+  for (const AnyRunner& runner : runners) {
+    sum += apart(runner);
+    weights += weight(runner);
+  }
+  return std::sqrt(sum / weights + (doubter ? apart(*doubter) : 0.0));
 }
 
 bool Session::State::is_told_anything(const AnyRunner& runner) const {
@@ -353,6 +402,7 @@ void Session::State::give_up_rivals(double watched) {
     return over || log_likelihood(rival) < least || agree(arm, parameters_of(rival));
   };
   runners.erase(std::remove_if(runners.begin() + 1, runners.end(), hopeless), runners.end());
+  if (doubter && hopeless(*doubter)) doubter.reset();
 }
 
 /// What becomes of a sample whose time cannot be: nothing.
@@ -389,12 +439,8 @@ Sample Session::State::usable(Sample sample) {
   if (!(std::abs(sample.y) < kRunawaySpeed)) sample.y = kNaN;
   if (!std::isfinite(sample.u)) sample.u = last_torque;
   last_torque = sample.u;
-  torques.take(sample.u);
-  sample.u = (1.0 + wiring.torque_gain) * torques.before(wiring.input_delay / usual_interval()) +
-             wiring.torque_bias;
-  sample.y = (sample.y - wiring.sensor_bias) / (1.0 + wiring.sensor_gain);
   last_time = sample.t;
-  return sample;
+  return at_the_arm(sample, usual_interval(), wiring, torques);
 }
 
 /// Keeps a sample of the beginning, which begins with motion; one that is too long cannot be looked
@@ -432,6 +478,7 @@ Estimate Session::State::step(const Sample& raw) {
         },
         runner);
   }
+  if (doubter) std::visit([&](auto& r) { r.step(sample); }, *doubter);
   report(*leader);
   as_measured(estimate);
   if (estimate.status == Status::kMissing && !std::isnan(raw.y))
@@ -460,7 +507,14 @@ const AnyRunner& Session::State::leader() const {
   return *std::ranges::max_element(runners, {}, log_likelihood);
 }
 
-/// Writes the leader's belief in physical terms.
+template <class Visit>
+void Session::State::visit_all(const Visit& visit) {
+  for (AnyRunner& runner : runners) std::visit(visit, runner);
+  if (doubter) std::visit(visit, *doubter);
+}
+
+/// Writes the leader's belief in physical terms. While start values are being left, what a state
+/// has of the unknowns (each as if it were alone) is as much wider as they are.
 void Session::State::report(const AnyRunner& leader) {
   std::visit(
       [&](const auto& runner) {
@@ -472,9 +526,26 @@ void Session::State::report(const AnyRunner& leader) {
           deviations[i] = filter.deviation(i);
         }
         engine.deviations(deviations.data() + own);
+        const bool unsettled_states = leaves_start();
+        const int first = filter.shape().states();
+        std::array<double, kMaxParameters> wider;  // variance, over the believed one's square
+        double most = 0.0;
         for (int k = 0; k < coordinates.size(); ++k) {
-          deviations[own + k] *= unsettled(k, deviations[own + k]);
           values[own + k] = engine.parameters()[coordinates.unknowns()[k]];
+          const double factor = unsettled(k, deviations[own + k]);
+          deviations[own + k] = std::hypot(factor * deviations[own + k], spread(leader, k));
+          if (!unsettled_states) continue;
+          wider[k] = (factor * factor - 1.0) / filter.covariance(first + k, first + k);
+          most = std::max(most, factor * factor - 1.0);
+        }
+        for (int i = 0; i < own && unsettled_states; ++i) {
+          const double variance = filter.covariance(i, i);
+          double more = 0.0;
+          for (int k = 0; k < coordinates.size(); ++k) {
+            const double with = filter.covariance(i, first + k);
+            more += wider[k] * with * with;
+          }
+          deviations[i] = std::sqrt(variance + std::min(more, most * variance));
         }
       },
       leader);
@@ -490,6 +561,10 @@ void Session::State::archive(Archive& archive) {
     runners.resize(running, runners.front());
   }
   for (AnyRunner& runner : runners) std::visit([&](auto& r) { archive(r); }, runner);
+  bool doubts = doubter.has_value();
+  archive(doubts);
+  if constexpr (Archive::kLoads) doubter = doubts ? std::optional(runners.front()) : std::nullopt;
+  if (doubter) std::visit([&](auto& r) { archive(r); }, *doubter);
   archive(beginning, keeps_beginning);
   if (beginning.size() > kMostBeginning)
     throw InputError("keeps a longer beginning than there may be");
@@ -536,7 +611,9 @@ void Session::load(std::string_view bytes) {
 
 bool Session::decided() const { return state_->raced; }
 
-bool Session::is_settling() const {
+bool Session::is_settling() const { return state_->doubter || may_change_its_mind(); }
+
+bool Session::may_change_its_mind() const {
   constexpr double kSettledS = 1.0;
   const double watched = state_->moment().watched;
   if (state_->settings.belief) return false;
@@ -586,8 +663,10 @@ SquareMatrix Session::parameter_covariance() const {
 void Session::covariance_into(SquareMatrix& covariance) const {
   visit_leader([&](const auto& engine) {
     std::array<double, kMaxParameters> factor;
-    for (int i = 0; i < covariance.size(); ++i)
-      factor[i] = state_->unsettled(i, std::sqrt(engine.covariance(i, i)));
+    for (int i = 0; i < covariance.size(); ++i) {
+      const double sd = std::sqrt(engine.covariance(i, i));
+      factor[i] = sd > 0.0 ? state_->deviations[state_->model.states.size() + i] / sd : 1.0;
+    }
     for (int i = 0; i < covariance.size(); ++i)
       for (int j = 0; j <= i; ++j)  // the other half would differ by rounding
         covariance(i, j) = covariance(j, i) = factor[i] * factor[j] * engine.covariance(i, j);
@@ -632,14 +711,17 @@ void Session::believe(const std::vector<double>& values, const ParameterBelief& 
     if (Parameter& p = state_->model.parameters[i]; p.known) p.value = values[i];
   state_->coordinates.take_known(values);
   state_->wiring = condition;
-  for (AnyRunner& runner : state_->runners)
-    std::visit(
-        [&](auto& r) {
-          r.engine().believe_parameters(values);
-          r.engine().believe(belief);
-        },
-        runner);
+  state_->visit_all([&](auto& r) {
+    r.engine().believe_parameters(values);
+    r.engine().believe(belief);
+  });
 }
+
+void Session::begin_noise_anew() {
+  state_->visit_all([](auto& r) { r.engine().begin_noise_anew(); });
+}
+
+const Condition& Session::condition() const { return state_->wiring; }
 
 LearntNoise Session::noise() const {
   LearntNoise found;

@@ -74,6 +74,10 @@ class Session {
   /// Whether it will soon go over the samples of its beginning again, from what it has found by
   /// then, has done so less than a second ago, or still has rivals that might take the lead: what
   /// it believes of the parameters may change by more than samples can tell.
+  bool may_change_its_mind() const;
+
+  /// The same, or whether what it believes hangs on how much of the noise is the torque's, which
+  /// the samples do not tell: the deviations are a guide.
   bool is_settling() const;
 
   /// The model with the unknown parameters as believed now; before the first sample, as at the
@@ -92,7 +96,8 @@ class Session {
   SquareMatrix parameter_covariance() const;
 
   /// Names of the unknown parameters of which the samples told hardly anything: more than 0.7 of
-  /// the deviation is left that they began with.
+  /// the deviation is left that they began with, relative to the value where that has no upper
+  /// bound.
   std::vector<std::string> hardly_told() const;
 
   /// The noise that was learnt, and how much of the innovations is none.
@@ -110,6 +115,12 @@ class Session {
   /// is allocated.
   void believe(const std::vector<double>& values, const ParameterBelief& belief,
                const Condition& condition);
+
+  /// What it has seen lately was of a machine that has changed since: the noise is learnt anew.
+  void begin_noise_anew();
+
+  /// What drive and sensor are taken to be; of the rest the parameters tell.
+  const Condition& condition() const;
 
  private:
   struct State;

@@ -2,13 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <string>
 #include <string_view>
 
 #include "armukf/core/error.hpp"
 #include "armukf/filter/smoothing.hpp"
 #include "armukf/online/filters.hpp"
 #include "armukf/online/race.hpp"
+#include "armukf/online/recursion.hpp"
 #include "armukf/online/runner.hpp"
 
 namespace armukf {
@@ -19,22 +22,38 @@ namespace {
 /// that.
 constexpr std::string_view kFarReaching = "ckf";
 
-/// What a pass of the filter begins with.
+/// What a pass of the filter begins with, and what the passes before say of how far it is to be
+/// trusted.
 struct Found {
   Model model;
   EstimatorSettings settings;
+  std::vector<double> caution = {};  // by which each parameter's deviation is multiplied, if any
+  std::vector<std::string> hardly_told = {};
+  bool settling = false;
 };
+
+/// By how much an estimate's deviations are wider than a belief that takes itself at its word.
+std::vector<double> caution_of(const RecursiveEstimate& e) {
+  std::vector<double> caution;
+  for (std::size_t i = 0; i < e.sd.size(); ++i)
+    caution.push_back(e.model_sd[i] > 0.0 ? std::max(1.0, e.sd[i] / e.model_sd[i]) : 1.0);
+  return caution;
+}
 
 /// The same for the next pass. Where the noise is known by now, it begins from what is believed: as
 /// far off as start values may be a filter that knows it would believe too much again. What the
-/// samples have said already counts a ninth, by which deviations are 5 % too small.
+/// samples have said already counts a ninth, by which deviations are 5 % too small. What they have
+/// told hardly anything of begins as it did.
 Found estimated(const Found& found, std::span<const Sample> samples) {
   constexpr double kWider = 3.0;
-  Session session(found.model, found.settings);
-  for (const Sample& sample : samples) session.step(sample);
-  Found next{session.model(), found.settings};
-  ParameterBelief belief = session.belief();
+  const RecursiveEstimate e = estimate_record(found.model, found.settings, samples);
+  Found next{next_start(found.model, e), found.settings, caution_of(e), e.hardly_told,
+             found.settling || e.settling};
+  for (std::size_t i = 0; i < found.caution.size(); ++i)
+    next.caution[i] = std::max(next.caution[i], found.caution[i]);
+  ParameterBelief belief = e.belief;
   if (!belief.noise.known || found.settings.filter == kFarReaching) return next;
+  for (const std::string& name : e.hardly_told) belief.leave_out(name);
   belief.widen(kWider);
   next.settings.belief = belief;
   next.settings.race.starts = {{}};
@@ -125,7 +144,10 @@ class Smoother {
         runner_(Engine(found.model, coordinates, found.settings, filter), found.settings.gate),
         history_(filter.shape(), samples.size()),
         samples_(samples),
-        progress_(progress) {
+        progress_(progress),
+        caution_(found.caution) {
+    result_.hardly_told = found.hardly_told;
+    result_.settling = found.settling;
     runner_.engine().believe_parameters(start.values);
     if (found.settings.belief) runner_.engine().keep(*found.settings.belief);
     runner_.engine().begin_at(start.places);
@@ -193,6 +215,8 @@ class Smoother {
     coordinates_.deviations(
         p.data(), [&](int i, int j) { return belief.covariance[s + i][s + j]; },
         deviations + own_states_);
+    for (int j = 0; j < coordinates_.size() && !caution_.empty(); ++j)
+      deviations[own_states_ + j] *= caution_[coordinates_.unknowns()[j]];
   }
 
   void tell(double share, std::size_t k) const {
@@ -205,6 +229,7 @@ class Smoother {
   History<Shape> history_;
   std::span<const Sample> samples_;
   const SmoothingProgress& progress_;
+  const std::vector<double>& caution_;
   SmoothingStep<Shape> step_;
   SmoothedRecord result_;
 };

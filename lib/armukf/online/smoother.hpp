@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "armukf/core/record.hpp"
@@ -20,6 +21,9 @@ struct SmoothedRecord {
   std::vector<double> deviations;  // one standard deviation of each
   std::vector<Status> statuses;    // of the filter's pass
   Tally tally;                     // of the filter's pass
+  // Of the passes before, see RecursiveEstimate; a single pass tells neither.
+  std::vector<std::string> hardly_told;
+  bool settling = false;
 
   std::span<const double> values_at(std::size_t k) const {
     return std::span(values).subspan(k * columns, columns);
@@ -39,9 +43,10 @@ using SmoothingProgress = std::function<void(double share)>;
 ///
 /// Before the last pass of the filter, `passes` - 1 others find the parameters: about values that
 /// are far off, as start values are, the filter believes too much of what it linearises, and no
-/// smoother can take that back. They also learn the noise, where it is to be learnt, with which the
-/// last pass reckons throughout; a single pass reckons with the settings', and so does the ckf,
-/// whose points lie so far off that it needs the caution.
+/// smoother can take that back. Where they had not settled, or stretches of the record contradict
+/// each other, the parameters' deviations are as much wider as theirs. They also learn the noise,
+/// where it is to be learnt, with which the last pass reckons throughout; a single pass reckons
+/// with the settings', and so does the ckf, whose points lie so far off that it needs the caution.
 SmoothedRecord smooth(const Model& model, const EstimatorSettings& settings,
                       std::span<const Sample> samples, int passes = 3,
                       const SmoothingProgress& progress = {});

@@ -1,5 +1,7 @@
 #include "armukf/online/track.hpp"
 
+#include <algorithm>
+
 #include "armukf/core/archive.hpp"
 #include "armukf/online/seals.hpp"
 
@@ -34,6 +36,7 @@ std::optional<Estimate> Track::next() {
     const Estimate estimate = session_.step(timed->sample);
     tally_.add(estimate);
     if (watch_) events_ = watch_->see(session_, timed->sample, estimate);
+    if (std::ranges::any_of(events_, &Event::is_named)) tally_.begin_anew();
     return estimate;
   }
 }

@@ -20,7 +20,8 @@ std::span<const Event> Watch::State::see(Session& session, const Sample& sample,
   if (!broken) watched += dt;
   last_t = sample.t;
   clock_offset = sample.t - watched;
-  if (!has_begun() && watched >= watch.begin_s && session.decided() && !session.is_settling())
+  if (!has_begun() && watched >= watch.begin_s && session.decided() &&
+      !session.may_change_its_mind())
     begin(session);
   if (has_begun()) {
     follow(sample, estimate, dt, broken);

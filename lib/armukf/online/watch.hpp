@@ -42,18 +42,24 @@ struct WatchSettings {
   double trend_threshold = 25.0;
 };
 
+inline constexpr std::string_view kUnnamed = "unnamed";
+
 /// What has changed.
 struct Event {
   double t = 0.0;      // s, when it is said
   double onset = 0.0;  // s
   std::string what;    // see Changeable; `unnamed`: `from` and `to` are then mean squares of the
                        // innovations, in variances of the noise
+  std::string unit;    // of `from`, `to` and `sd`
   double from = 0.0;
   double to = 0.0;
   double sd = 0.0;                         // of `to`
   double p = 0.0;                          // of this name among all
   std::vector<std::string> also_possible;  // likeliest first
   bool settled = false;                    // the second line about it
+
+  /// Whether it is known what has changed, which is then followed.
+  bool is_named() const { return what != kUnnamed; }
 };
 
 /// Watches whether the machine of a session stays what it was, and tells the session what has

@@ -45,7 +45,8 @@ void Watch::State::tell_unnamed(Session& session) {
   session.believe(past.values, past.belief, condition);
   events.push_back({.t = *last_t,
                     .onset = on_clock(watched - 0.5 * kBeforeS),
-                    .what = "unnamed",
+                    .what = std::string(kUnnamed),
+                    .unit = "-",
                     .from = surge.usual(),
                     .to = surge.lately(),
                     .sd = surge.lately() * std::sqrt(2.0 * sample_s / kBeforeS),
@@ -182,6 +183,7 @@ Event Watch::State::event_of(const TriedChanges& tried, int best, bool settled) 
   Event event{.t = *last_t,
               .onset = on_clock(change.trial.onset),
               .what = what[best].name,
+              .unit = what[best].unit,
               .from = value_of(before, what[best]),
               .to = value_of(before, what[best]) + change.trial.amount * what[best].usual,
               .sd = std::hypot(sd, deviation_before(best, change.trial.onset)),
@@ -192,8 +194,8 @@ Event Watch::State::event_of(const TriedChanges& tried, int best, bool settled) 
   return event;
 }
 
-/// The session believes what it did before the onset, but for what has changed. The second time
-/// that is what holds from now on.
+/// The session believes what it did before the onset, but for what has changed; what it has learnt
+/// of the noise since was not noise. The second time that is what holds from now on.
 void Watch::State::tell(Session& session, const TriedChanges& tried, int best) {
   constexpr double kCaution = 2.0;  // times the deviation
   events.push_back(event_of(tried, best, told));
@@ -203,6 +205,7 @@ void Watch::State::tell(Session& session, const TriedChanges& tried, int best) {
   accepted.t = watched;
   change(accepted, what[best], now, kCaution * found.sd() * what[best].usual);
   session.believe(accepted.values, accepted.belief, now);
+  session.begin_noise_anew();
   if (!std::exchange(told, true)) {
     count_event();
     return;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -33,6 +34,14 @@ constexpr double kModeLevel = 1e-6;
 // there is none, leaves less colour than this, and none of it is slow.
 constexpr double kColourOfCaution = 0.015;
 
+// The same where innovations go with no torque, and less so than chance has it.
+constexpr double kMostColourOfCaution = 0.05;
+constexpr double kBelowChance = 0.5;
+
+// Of a record without any noise: of what the filter reckons with, innovations that arithmetic and
+// start values have made.
+constexpr double kArithmeticNis = 0.05;
+
 /// The torques that innovations hang together with; none where the model is complete.
 std::vector<std::string_view> torques_left(const TorqueTestResult& p) {
   std::vector<std::string_view> names;
@@ -50,9 +59,14 @@ bool model_lacks(const RecursiveEstimate& e) {
   const LearntNoise& noise = e.belief.noise;
   if (!noise.sought || !e.tally.torques().has_settled()) return false;
   if (!noise.known) return true;
-  if (!torques_left(e.tally.torques().result()).empty()) return true;
-  const InnovationStatistics& left = e.tally.innovations();
-  const bool cautious = left.slow_density() < 1.0 && left.colour() < kColourOfCaution;
+  const InnovationStatistics& left = e.tally.lately();
+  if (left.mean_nis() < kArithmeticNis && noise.not_noise == 0.0) return false;
+  const TorqueTestResult torques = e.tally.torques().result();
+  if (!torques_left(torques).empty()) return true;
+  const double least_p =
+      std::min({torques.friction, torques.angle, torques.springs, torques.gaps, torques.modes});
+  const double most_colour = least_p > kBelowChance ? kMostColourOfCaution : kColourOfCaution;
+  const bool cautious = left.slow_density() < 1.0 && left.colour() < most_colour;
   return left.ljung_box_p() < kWhitenessLevel && !cautious;
 }
 
@@ -60,15 +74,11 @@ double samples_per_second(const RecursiveEstimate& e) {
   return e.seconds > 0.0 ? static_cast<double>(e.tally.samples()) / e.seconds : 0.0;
 }
 
-constexpr std::string_view kNotSettled =
-    "  note: the parameters had not settled when the samples ended: the deviations above are a\n"
-    "        guide.\n";
-
 /// What a reader must know before trusting the deviations of an estimate that took the noise as it
 /// was told; empty where there is nothing to say. In the first seconds the filter allows for start
 /// values that are far off: then neither colour nor small innovations tell of model or noise.
 std::string caveat(const RecursiveEstimate& e) {
-  const InnovationStatistics& innovations = e.tally.innovations();
+  const InnovationStatistics& innovations = e.tally.lately();
   const double nis = innovations.mean_nis();
   if (nis > kMostHonestNis)
     return "  note: the innovations are larger than the filter expects: the deviations above are "
@@ -77,7 +87,7 @@ std::string caveat(const RecursiveEstimate& e) {
   if (!e.tally.torques().has_settled() && nis < kLeastHonestNis)
     return "  note: so few seconds tell neither the noise nor what is missing: the deviations\n"
            "        above are a guide.\n";
-  if (e.settling) return std::string(kNotSettled);
+  if (e.settling) return settling_text();
   if (!e.tally.torques().has_settled()) return "";
   if (innovations.ljung_box_p() < kFarFromWhite)
     return "  note: the innovations are not white: something that the model lacks is in them, and "
@@ -101,12 +111,13 @@ std::string noise_text(const RecursiveEstimate& e) {
     text += fmt::format(
         "  noise: sensor {:.3g} rad/s (pole {:.2f}), torque {:.3g} N.m (pole {:.2f}) per sample\n",
         noise.sensor_sd, noise.sensor_pole, noise.torque_sd, noise.torque_pole);
-  if (e.settling) text += kNotSettled;
+  if (e.settling) text += settling_text();
   if (!model_lacks(e)) return text;
   text += fmt::format(
-      "  note: the model lacks something (false alarms: {}); {:.0f} % of the innovations'\n"
+      "  note: the model lacks something (false alarms: {}); {} of the innovations'\n"
       "        square is not noise. `armukf diagnose` looks for it.\n",
-      kFalseAlarms, 100.0 * noise.not_noise);
+      kFalseAlarms,
+      noise.not_noise < 0.005 ? "less than 1 %" : fmt::format("{:.0f} %", 100.0 * noise.not_noise));
   const std::vector<std::string_view> torques = torques_left(e.tally.torques().result());
   if (torques.empty() || !noise.known) return text;
   return text +
@@ -165,17 +176,18 @@ nlohmann::ordered_json trends_json(const std::vector<Trend>& trends) {
 std::string trend_text(const Trend& t) {
   std::string text;
   if (t.drifts)
-    text = fmt::format("drifts by {:.3g} ± {:.2g} {} an hour since {:.0f} s, is {:.4g}",
-                       t.rate * kHour, t.sd * kHour, t.unit, t.since, t.value);
+    text = fmt::format("drifts by {:.3g} ± {:.2g}{} an hour since {:.0f} s, is {:.4g}{}",
+                       t.rate * kHour, t.sd * kHour, unit_text(t.unit), t.since, t.value,
+                       unit_text(t.unit));
   if (t.is_beyond_limits()) {
-    text += fmt::format("{}beyond its limits, {} to {}", text.empty() ? "is " : ", ",
-                        t.limits.lower, t.limits.upper);
+    text += fmt::format("{}beyond its limits, {} to {}{}", text.empty() ? "is " : ", ",
+                        t.limits.lower, t.limits.upper, unit_text(t.unit));
   } else if (const auto time = time_to_limit(t)) {
     text +=
         fmt::format(", at its limit in {:.3g} ± {:.2g} h", time->after / kHour, time->sd / kHour);
   } else if (t.has_limits() && !t.drifts) {
-    text = fmt::format("does not drift: {:.2g} ± {:.2g} {} an hour", t.rate * kHour, t.sd * kHour,
-                       t.unit);
+    text = fmt::format("does not drift: {:.2g} ± {:.2g}{} an hour", t.rate * kHour, t.sd * kHour,
+                       unit_text(t.unit));
   }
   return text.empty() ? text : fmt::format("  {:<20} {}\n", t.what, text);
 }
@@ -187,17 +199,64 @@ std::string watch_text(const WatchSummary& watch) {
         "  note: so many in so short a time are the model's, which lacks something that looks "
         "like\n"
         "        them; it is watched less sharply since\n";
+  if (!watch.altered.empty()) text += "  of what was known, now:";
+  for (const Altered& a : watch.altered)
+    text += fmt::format(" {} {:.4g}{} (was {:.4g})", a.name, a.to, unit_text(a.unit), a.from) +
+            (&a == &watch.altered.back() ? "\n" : ",");
+  if (std::ranges::any_of(watch.altered, [](const Altered& a) { return a.name == "J"; }))
+    text += "  note: a_m and a_g are shares of that J\n";
   for (const Trend& trend : watch.trends) text += trend_text(trend);
   if (watch.unseen.empty()) return text;
   return text + fmt::format("  too little motion, at the end, to see a usual change of: {}\n",
                             fmt::join(watch.unseen, ", "));
 }
 
+/// Which samples the closing simulation is over, if not all or none.
+std::string over_text(const EstimateSummary& s) {
+  const std::size_t samples = s.simulation.samples;
+  if (samples == s.estimate.tally.samples() || samples == 0) return "";
+  return s.is_since_change ? fmt::format(", over the {} samples since the last change", samples)
+                           : fmt::format(", over the first {} samples", samples);
+}
+
 }  // namespace
 
-std::optional<WatchSummary> summary_of(const Watch* watch) {
+std::optional<WatchSummary> summary_of(const Watch* watch, const Model& start,
+                                       const RecursiveEstimate& estimate) {
   if (watch == nullptr) return std::nullopt;
-  return WatchSummary{watch->count(), watch->doubts_model(), watch->unseen(), watch->trends()};
+  WatchSummary summary{watch->count(), watch->doubts_model(), watch->unseen(), watch->trends(), {}};
+  for (std::size_t i = 0; i < start.parameters.size(); ++i) {
+    const Parameter& was = start.parameters[i];
+    const double is = estimate.model.parameters[i].value;
+    if (was.known && is != was.value)
+      summary.altered.push_back({was.name, was.unit, was.value, is});
+  }
+  for (const Deviance& d : deviances(estimate.condition))
+    summary.altered.push_back({d.name, d.unit, 0.0, d.value});
+  return summary;
+}
+
+std::string settling_text() {
+  return "  note: the parameters had not settled when the samples ended: the deviations above are "
+         "a\n"
+         "        guide.\n";
+}
+
+std::string hardly_told_text(const std::vector<std::string>& names) {
+  if (names.empty()) return "";
+  return fmt::format("  note: these samples told hardly anything of {}\n", fmt::join(names, ", "));
+}
+
+std::string unsaved_text(const RecursiveEstimate& estimate) {
+  std::string names;
+  for (const Deviance& d : deviances(estimate.condition))
+    if (d.of_sensor)
+      names += fmt::format("{}{} {:.4g}", names.empty() ? "" : ", ", d.name, d.value);
+  if (names.empty()) return "";
+  return fmt::format(
+      "note: no model file holds what the sensor does ({}): correct y = (1 + sensor_gain) speed +\n"
+      "      sensor_bias before the model is used",
+      names);
 }
 
 std::vector<std::string> augmented_names(const Model& model) {
@@ -274,6 +333,9 @@ nlohmann::ordered_json estimate_json(const EstimateSummary& s) {
     json["doubts_model"] = s.watch->doubts_model;
     json["unseen"] = s.watch->unseen;
     json["trends"] = trends_json(s.watch->trends);
+    json["altered"] = nlohmann::ordered_json::object();
+    for (const Altered& a : s.watch->altered)
+      json["altered"][a.name] = {{"from", a.from}, {"to", a.to}, {"unit", a.unit}};
   }
   json["filter"] = e.filter;
   json["innovation"] = innovation_json(e.tally.innovations());
@@ -356,17 +418,11 @@ std::string estimate_text(const EstimateSummary& s) {
   if (s.watch) text += watch_text(*s.watch);
   text += parameters_text(e.model, e.sd);
   text += one_step_text(innovations);
-  text +=
-      fmt::format("  simulated with the final parameters: {}{}\n",
-                  simulation_text(s.simulation.fit_percent, s.simulation.mse, s.simulation.free),
-                  s.simulation.samples < e.tally.samples()
-                      ? fmt::format(", over the first {} samples", s.simulation.samples)
-                      : "");
+  text += fmt::format(
+      "  simulated with the final parameters: {}{}\n",
+      simulation_text(s.simulation.fit_percent, s.simulation.mse, s.simulation.free), over_text(s));
   text += hopeless_text(s.simulation.fit_percent, innovations.fit_percent());
-  if (!e.hardly_told.empty())
-    text += fmt::format("  note: these samples told hardly anything of {}\n",
-                        fmt::join(e.hardly_told, ", "));
-  return text + noise_text(e);
+  return text + hardly_told_text(e.hardly_told) + noise_text(e);
 }
 
 }  // namespace armukf

@@ -18,14 +18,25 @@
 
 namespace armukf {
 
+/// What was known beforehand, and is another by now; or of what lies around the arm, and was 0.
+struct Altered {
+  std::string name;
+  std::string unit;
+  double from;
+  double to;
+};
+
 /// What a watch has come to.
 struct WatchSummary {
   std::size_t events = 0;           // changes of the machine
   bool doubts_model = false;        // too many for the machine's own
   std::vector<std::string> unseen;  // of what none would have shown at the end
   std::vector<Trend> trends;
+  std::vector<Altered> altered;
 };
-std::optional<WatchSummary> summary_of(const Watch* watch);
+/// start: what the estimate began with.
+std::optional<WatchSummary> summary_of(const Watch* watch, const Model& start,
+                                       const RecursiveEstimate& estimate);
 
 /// All that an estimate ends with.
 struct EstimateSummary {
@@ -33,6 +44,7 @@ struct EstimateSummary {
   ClosingSimulation simulation;  // of the final parameters, over the first samples of a long record
   std::optional<StreamCounts> input = {};  // of a stream: what became of its rows besides
   std::optional<WatchSummary> watch = {};  // where somebody watched
+  bool is_since_change = false;  // the simulation is over the samples since the last change only
 };
 
 /// Of the augmented belief: states, then unknown parameters.
@@ -58,6 +70,13 @@ std::string one_step_text(const InnovationStatistics& innovations);
 /// wherever that one is.
 nlohmann::ordered_json simulation_json(const ClosingSimulation& simulation);
 std::string simulation_text(double fit_percent, double mse, const std::optional<ErrorSums>& free);
+
+/// Notes on deviations that are a guide only, and on what the samples hardly told; none of nothing.
+std::string settling_text();
+std::string hardly_told_text(const std::vector<std::string>& names);
+
+/// What a watch has found that no model file can hold; empty if nothing.
+std::string unsaved_text(const RecursiveEstimate& estimate);
 
 /// A question about units and signs where neither a simulation nor predictions one sample ahead
 /// (fits in percent) explain the motion; else nothing.

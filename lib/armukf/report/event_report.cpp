@@ -7,6 +7,10 @@
 
 namespace armukf {
 
+std::string unit_text(std::string_view unit) {
+  return unit == "-" ? std::string() : fmt::format(" {}", unit);
+}
+
 std::string event_line(const Event& e, std::string_view arm) {
   nlohmann::ordered_json json;
   if (!arm.empty()) json["arm"] = arm;
@@ -18,7 +22,8 @@ std::string event_line(const Event& e, std::string_view arm) {
                {"sd", e.sd},
                {"p", e.p},
                {"also_possible", e.also_possible},
-               {"settled", e.settled}});
+               {"settled", e.settled},
+               {"unit", e.unit}});
   return json.dump() + "\n";
 }
 
@@ -29,8 +34,8 @@ std::string event_cell(std::span<const Event> events) {
 }
 
 std::string event_text(const Event& e) {
-  std::string text = fmt::format("at {:.2f} s: {} from {:.4g} to {:.4g} ± {:.2g}", e.onset, e.what,
-                                 e.from, e.to, e.sd);
+  std::string text = fmt::format("at {:.2f} s: {} from {:.4g} to {:.4g} ± {:.2g}{}", e.onset,
+                                 e.what, e.from, e.to, e.sd, unit_text(e.unit));
   if (!e.also_possible.empty()) text += fmt::format("; or {}", fmt::join(e.also_possible, ", "));
   return text;
 }

@@ -8,6 +8,9 @@
 
 namespace armukf {
 
+/// A unit behind a number, with the blank before it; nothing where there is none ("-").
+std::string unit_text(std::string_view unit);
+
 /// An event as a line of JSON, with the line's end; `arm` tells whose it is where there are many.
 std::string event_line(const Event& event, std::string_view arm = {});
 

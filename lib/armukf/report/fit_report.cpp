@@ -28,6 +28,18 @@ using Json = nlohmann::ordered_json;
 /// Estimates so correlated are listed: the record tells hardly more than a combination of them.
 constexpr double kCorrelated = 0.95;
 
+/// Whether so much is left in predictions' errors that their likelihood is no guide. Of complete
+/// models they are correlated by 0.01 to 0.03, and in short records by what chance makes of the
+/// largest of many.
+bool leaves_much(const Identification& found) {
+  constexpr double kMuch = 0.05;
+  constexpr double kByChance = 4.0;  // deviations
+  if (!found.noise) return false;
+  double samples = 0.0;
+  for (const Experiment& e : found.experiments) samples += static_cast<double>(e.fit.y.size());
+  return found.noise->correlation > std::max(kMuch, kByChance / std::sqrt(samples));
+}
+
 std::string name_of(const Identification& found, const ParameterEstimate& estimate) {
   return found.model.parameters[estimate.position].name;
 }
@@ -269,6 +281,13 @@ std::string fit_text(const FitSummary& s) {
         found.noise->rmse, found.noise->correlation, found.noise->torque_density,
         found.noise->motor_alone ? "the motor" : "all masses", found.noise->torque_pole,
         found.noise->sensor_sd, found.noise->sensor_pole);
+  if (leaves_much(found))
+    text +=
+        "  note: so much is left in the predictions' errors that the model lacks something, which "
+        "bends\n"
+        "        its parameters and makes these deviations too small: `armukf diagnose` looks for "
+        "it,\n"
+        "        and --criterion simulation is the better choice until then\n";
   if (s.from_recursion)
     text +=
         "  note: from the start values a search ends in a worse minimum; this one is from the "

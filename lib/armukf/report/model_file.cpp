@@ -284,6 +284,11 @@ ModelFile to_go_on_from(Model model, EstimatorSettings settings, ParameterBelief
   return {std::move(model), std::move(settings)};
 }
 
+ModelFile to_go_on_from(const RecursiveEstimate& estimate, EstimatorSettings settings) {
+  return to_go_on_from(with_drive(estimate.model, estimate.condition), std::move(settings),
+                       estimate.belief);
+}
+
 ModelFile read_model_file(const std::string& path) {
   ByteSource source(path);
   std::string text;

@@ -6,6 +6,7 @@
 #include "armukf/batch/identify.hpp"
 #include "armukf/core/square_matrix.hpp"
 #include "armukf/model/model.hpp"
+#include "armukf/online/recursion.hpp"
 #include "armukf/online/settings.hpp"
 
 namespace armukf {
@@ -23,6 +24,10 @@ ParameterBelief belief_of(const Model& model, const std::vector<ParameterEstimat
 
 /// What a later estimate goes on from: the model with the values, and what is believed of them.
 ModelFile to_go_on_from(Model model, EstimatorSettings settings, ParameterBelief belief);
+
+/// The same of an estimate; what a watch has found of the drive stands in it as known effects, of
+/// the sensor it can hold nothing.
+ModelFile to_go_on_from(const RecursiveEstimate& estimate, EstimatorSettings settings);
 
 /// The TOML file at `path` ("-" is standard input), over the built-in defaults: what it leaves out
 /// keeps its default. A parameter has `value`, `known`, `lower`, `upper`, `scale` and `spread`; the

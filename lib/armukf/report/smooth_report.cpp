@@ -52,6 +52,8 @@ nlohmann::ordered_json smooth_json(const SmoothSummary& s) {
   json["filter"] = s.filter;
   json["innovation"] = innovation_json(s.smoothed.tally.innovations());
   json["parameters"] = parameters_json(last.model, last.sd);
+  json["poorly_determined"] = s.smoothed.hardly_told;
+  json["settling"] = s.smoothed.settling;
   json["seconds"] = s.seconds;
   return json;
 }
@@ -60,7 +62,8 @@ std::string smooth_text(const SmoothSummary& s) {
   const LastBelief last = last_belief(s);
   return fmt::format("{} and back over {} samples, {:.3f} s\n", s.filter,
                      s.smoothed.tally.samples(), s.seconds) +
-         parameters_text(last.model, last.sd);
+         parameters_text(last.model, last.sd) + hardly_told_text(s.smoothed.hardly_told) +
+         (s.smoothed.settling ? settling_text() : "");
 }
 
 }  // namespace armukf
