@@ -13,6 +13,7 @@
 #include <optional>
 #include <thread>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -234,7 +235,7 @@ class Arms {
   Arm& seen(std::string_view name) {
     auto found = arms_.find(name);
     if (found == arms_.end()) {
-      if (arms_.size() >= static_cast<std::size_t>(job_.arms.most)) retire(*order_.front());
+      if (arms_.size() >= static_cast<std::size_t>(job_.arms.most)) make_room(name);
       found = arms_.emplace(std::string(name), made(std::string(name))).first;
       Arm& arm = *found->second;
       arm.place = order_.insert(order_.end(), &arm);
@@ -244,6 +245,19 @@ class Arms {
     order_.splice(order_.end(), order_, arm.place);
     arm.seen = now_;
     return arm;
+  }
+
+  /// Ends the arm not seen for longest. One that comes back had to go while it was still there.
+  void make_room(std::string_view for_whom) {
+    constexpr std::size_t kMost = 10'000;  // names, whatever comes
+    if (ended_for_others_.contains(for_whom) && !std::exchange(is_crowded_, true))
+      complaints_.say(
+          fmt::format("more arms at a time than --max-arms {}: what is learnt of one is lost where "
+                      "another comes",
+                      job_.arms.most));
+    Arm& oldest = *order_.front();
+    if (ended_for_others_.size() < kMost) ended_for_others_.insert(oldest.name());
+    retire(oldest);
   }
 
   std::unique_ptr<Arm> made(const std::string& name) const {
@@ -326,7 +340,8 @@ class Arms {
     arm.conclude();
     write(arm);
     save(arm);
-    if (!job_.report.quiet) complaints_.say(fmt::format("retired {}", line_of(arm)));
+    if (!job_.report.quiet && !is_crowded_)
+      complaints_.say(fmt::format("retired {}", line_of(arm)));
     retired_samples_ += arm.track().tally().samples();
     ++retired_;
     order_.erase(arm.place);
@@ -378,9 +393,11 @@ class Arms {
 
   void save(const Arm& arm) {
     if (job_.save.empty() || arm.track().tally().samples() == 0) return;
+    const fs::path file = fs::path(job_.save) / (arm.name() + std::string(kModelEnding));
+    // What has not even decided between its starts takes the place of nothing.
+    if (!arm.track().session().decided() && fs::exists(file)) return;
     const RecursiveEstimate estimate = result_of(arm);
-    write_model_file((fs::path(job_.save) / (arm.name() + std::string(kModelEnding))).string(),
-                     to_go_on_from(estimate, arm.start().settings));
+    write_model_file(file.string(), to_go_on_from(estimate, arm.start().settings));
     if (const std::string note = unsaved_text(estimate); !note.empty())
       complaints_.say(fmt::format("{}: {}", arm.name(), note));
   }
@@ -456,7 +473,9 @@ class Arms {
   std::size_t retired_ = 0;
   std::size_t retired_samples_ = 0;
   bool headed_ = false;
-  std::jthread worker_;  // last: it uses all of the above
+  std::unordered_set<std::string, NameHash, std::equal_to<>> ended_for_others_;
+  bool is_crowded_ = false;  // more arms at a time than there may be
+  std::jthread worker_;      // last: it uses all of the above
 };
 
 }  // namespace

@@ -45,6 +45,16 @@ class Arms : public Program {
   std::map<std::string, std::vector<std::string>> alone_;
 };
 
+TEST_F(Arms, AreSaidOnceToBeMoreAtATimeThanThereMayBe) {
+  const Outcome outcome = run("all.csv --key arm --max-arms 2 --save found");
+  ASSERT_EQ(outcome.status, 0) << outcome.error;
+  constexpr std::string_view kWarning = "more arms at a time than --max-arms 2";
+  const auto first = outcome.error.find(kWarning);
+  ASSERT_NE(first, std::string::npos) << outcome.error.substr(0, 400);
+  EXPECT_EQ(outcome.error.find(kWarning, first + 1), std::string::npos);
+  EXPECT_LT(lines_of(outcome.error).size(), 20U);
+}
+
 TEST_F(Arms, EachIsEstimatedAsIfItWereAloneOnAnyNumberOfThreads) {
   for (const char* threads : {"1", "3"}) {
     const Outcome outcome =

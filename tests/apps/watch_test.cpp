@@ -72,6 +72,27 @@ TEST_F(WatchProgram, SavesTheDriveAsItIsAndJudgesTheModelByWhatCameSince) {
   EXPECT_GT(next["simulation"]["fit_percent"], 95.0);
 }
 
+TEST_F(WatchProgram, TellsAtOnceWhatIsBeyondItsLimits) {
+  put_record();
+  put("limits.toml", "[limits]\ntorque_gain = { lower = -0.1 }\nk_g1 = { lower = 15.0 }\n");
+  const Outcome outcome = run("record.csv --watch --model limits.toml --json summary.json > rows");
+  EXPECT_NE(outcome.error.find("torque_gain          is beyond its limits, -0.1 to inf"),
+            std::string::npos)
+      << outcome.error;
+  const auto trends = nlohmann::json::parse(text("summary.json"))["trends"];
+  EXPECT_TRUE(trends["torque_gain"]["limits"]["beyond"]);
+  EXPECT_TRUE(trends["torque_gain"]["rate_per_h"].is_null());  // too short to tell
+  EXPECT_FALSE(trends["k_g1"]["limits"]["beyond"]);
+}
+
+TEST_F(WatchProgram, DoesNotGoOnUnwatchedFromACheckpointOfAWatch) {
+  put_record();
+  ASSERT_EQ(run("record.csv --watch --checkpoint c --quiet > rows").status, 0);
+  expect_refused("record.csv --resume c",
+                 "c: holds what a watch has seen: whoever goes on has to watch as well "
+                 "(--watch)");
+}
+
 TEST_F(WatchProgram, SaysWhatOfASensorNoModelFileHolds) {
   run("simulate -o whole.csv --sensor-noise 0.1 --torque-disturbance 0.1 --quiet");
   ASSERT_EQ(

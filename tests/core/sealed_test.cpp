@@ -50,7 +50,8 @@ TEST(Sealed, RefusalsTellWhy) {
   const std::string whole = sealed(kSeal, "the belief");
   EXPECT_EQ(refusal("t,u,y\n0,1,2\n"), "is no checkpoint of armukf");
   EXPECT_EQ(refusal(""), "is no checkpoint of armukf");
-  EXPECT_EQ(refusal(whole, {"armukf_y", 3}), "is no checkpoint of armukf");
+  EXPECT_EQ(refusal(whole, {"armukf_y", 3}),
+            "is a checkpoint of armukf, but of another kind: with --key it is one of many arms");
   EXPECT_EQ(refusal(whole, {"armukf_x", 2}), "is of version 3; this program knows version 2");
   EXPECT_EQ(refusal(whole.substr(0, 30)), "is cut short: 30 bytes of 34");
   EXPECT_EQ(refusal(whole.substr(0, 33) + "x"), "is damaged: its checksum is wrong");

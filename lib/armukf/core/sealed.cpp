@@ -36,6 +36,11 @@ std::string sealed(const Seal& seal, std::string_view content) {
 
 std::string_view unsealed(const Seal& seal, std::string_view bytes) {
   const std::size_t known = std::min(bytes.size(), seal.magic.size());
+  constexpr std::string_view kOurs = "armukf_";
+  if (bytes.size() > kOurs.size() && bytes.starts_with(kOurs) &&
+      bytes[kOurs.size()] != seal.magic[kOurs.size()])
+    throw InputError(
+        "is a checkpoint of armukf, but of another kind: with --key it is one of many arms");
   if (bytes.substr(0, known) != seal.magic.substr(0, known) || bytes.empty())
     throw InputError("is no checkpoint of armukf");
   if (bytes.size() < kHeader) throw InputError(fmt::format("is cut short: {} bytes", bytes.size()));

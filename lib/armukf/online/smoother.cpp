@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 #include <string_view>
 
@@ -215,8 +216,22 @@ class Smoother {
     coordinates_.deviations(
         p.data(), [&](int i, int j) { return belief.covariance[s + i][s + j]; },
         deviations + own_states_);
-    for (int j = 0; j < coordinates_.size() && !caution_.empty(); ++j)
+    if (caution_.empty()) return;
+    for (int j = 0; j < coordinates_.size(); ++j)
       deviations[own_states_ + j] *= caution_[coordinates_.unknowns()[j]];
+    // States settle with the parameters: once they have, they are as well known as they seem.
+    for (int i = 0; i < own_states_ && result_.settling; ++i) {
+      double more = 0.0;  // of what the state has of each unknown, as if that were alone
+      double most = 0.0;
+      for (int j = 0; j < coordinates_.size(); ++j) {
+        const double caution = caution_[coordinates_.unknowns()[j]];
+        const double wider = caution * caution - 1.0;
+        const double with = belief.covariance[i][s + j];
+        more += wider * with * with / belief.covariance[s + j][s + j];
+        most = std::max(most, wider * belief.covariance[i][i]);
+      }
+      deviations[i] = std::sqrt(belief.covariance[i][i] + std::min(more, most));
+    }
   }
 
   void tell(double share, std::size_t k) const {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "armukf/core/archive.hpp"
+#include "armukf/core/error.hpp"
 #include "armukf/online/seals.hpp"
 
 namespace armukf {
@@ -92,6 +93,8 @@ void Track::load(std::string_view bytes) {
     if (!watch.empty()) loaded.load(watch);
     session_.load(session);
     watch_ = std::move(loaded);
+  } else if (!watch.empty()) {
+    throw InputError("holds what a watch has seen: whoever goes on has to watch as well (--watch)");
   } else {
     session_.load(session);
   }

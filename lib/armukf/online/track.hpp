@@ -77,7 +77,8 @@ class Track {
   /// Goes on from there, and gives no estimates of samples that it covers: those whose time is not
   /// later than that of the last one; if the stream begins with the same time as the saved one, and
   /// that one's clock was set meanwhile, all before as well. InputError as of Session::load, the
-  /// track then being as it was. Whoever watches what nobody watched before begins to watch there.
+  /// track then being as it was. Whoever watches what nobody watched before begins to
+  /// watch there; where somebody did, nobody may go on without: InputError.
   void load(std::string_view bytes);
 
  private:

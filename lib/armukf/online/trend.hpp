@@ -12,7 +12,7 @@ struct Trend {
   std::string what;  // see Changeable
   std::string unit;
   double value = 0.0;   // at the end, by the trend; of what is said not to drift, its mean
-  double rate = 0.0;    // per s of the record, gaps left out
+  double rate = 0.0;    // per s of the record, gaps left out; NaN: too little was seen to tell
   double sd = 0.0;      // of the rate
   double since = 0.0;   // s, where it begins
   bool drifts = false;  // beyond chance

@@ -83,6 +83,8 @@ struct Watch::State {
   void take_wear_of_ring(Wear& to) const;
   Limits limits_of(const std::string& name) const;
   std::vector<Trend> trends() const;
+  std::vector<Trend> worn_so_far() const;
+  void add_limited(std::vector<Trend>& trends) const;
   void tell_unnamed(Session& session);
   void begin_trials(Session& session, int best);
   bool has_met_another() const;

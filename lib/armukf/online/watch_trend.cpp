@@ -100,8 +100,30 @@ Condition Watch::State::worn_by(std::span<const FoundWear> found) const {
   return now;
 }
 
+/// Of what has limits and no trend yet, where it stands.
+void Watch::State::add_limited(std::vector<Trend>& trends) const {
+  for (const Changeable& w : what) {
+    if (std::ranges::find(trends, w.name, &Trend::what) != trends.end()) continue;
+    Trend trend{.what = w.name,
+                .unit = w.unit,
+                .value = value_of(condition, w),
+                .rate = kNaN,
+                .sd = kNaN,
+                .since = on_clock(frozen_at),
+                .drifts = false,
+                .limits = limits_of(w.name)};
+    if (trend.has_limits()) trends.push_back(std::move(trend));
+  }
+}
+
 std::vector<Trend> Watch::State::trends() const {
   if (!has_begun()) return {};
+  std::vector<Trend> all = worn_so_far();
+  add_limited(all);
+  return all;
+}
+
+std::vector<Trend> Watch::State::worn_so_far() const {
   Wear until_now = wear;
   if (alarm_at < 0.0) take_wear_of_ring(until_now);
   if (!until_now.has_begun()) return {};

@@ -185,7 +185,7 @@ std::string trend_text(const Trend& t) {
   } else if (const auto time = time_to_limit(t)) {
     text +=
         fmt::format(", at its limit in {:.3g} ± {:.2g} h", time->after / kHour, time->sd / kHour);
-  } else if (t.has_limits() && !t.drifts) {
+  } else if (t.has_limits() && !t.drifts && std::isfinite(t.sd)) {
     text = fmt::format("does not drift: {:.2g} ± {:.2g}{} an hour", t.rate * kHour, t.sd * kHour,
                        unit_text(t.unit));
   }
