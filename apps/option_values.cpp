@@ -20,6 +20,11 @@ bool read_whole(std::string_view text, Number& value) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
+bool is_whole_number(std::string_view text, std::uint64_t least, std::uint64_t greatest) {
+  std::uint64_t value = 0;
+  return read_whole(text, value) && value >= least && value <= greatest;
+}
+
 /// A check that the number of an option's text passes; `wanted` completes "must be".
 CLI::Validator check(const std::function<bool(double)>& passes, const std::string& wanted) {
   const auto complaint = [passes, wanted](const std::string& text) -> std::string {
@@ -56,8 +61,7 @@ CLI::Validator number_to(double greatest) {
 
 CLI::Validator whole_number(std::uint64_t least, std::uint64_t greatest) {
   const auto complaint = [least, greatest](const std::string& text) -> std::string {
-    std::uint64_t value = 0;
-    if (read_whole(text, value) && value >= least && value <= greatest) return {};
+    if (is_whole_number(text, least, greatest)) return {};
     return fmt::format("must be a whole number from {} to {}, not '{}'", least, greatest, text);
   };
   return {complaint, ""};
@@ -74,8 +78,7 @@ CLI::Validator one_of(const std::vector<std::string>& words) {
 CLI::Validator word_or_whole_number(const std::string& word, std::uint64_t least,
                                     std::uint64_t greatest) {
   const auto complaint = [=](const std::string& text) -> std::string {
-    std::uint64_t value = 0;
-    if (text == word || (read_whole(text, value) && value >= least && value <= greatest)) return {};
+    if (text == word || is_whole_number(text, least, greatest)) return {};
     return fmt::format("must be {} or a whole number from {} to {}, not '{}'", word, least,
                        greatest, text);
   };

@@ -21,6 +21,7 @@
 #include "armukf/online/race.hpp"
 #include "armukf/online/runner.hpp"
 #include "armukf/online/seals.hpp"
+#include "armukf/online/widening.hpp"
 
 namespace armukf {
 namespace {
@@ -526,27 +527,18 @@ void Session::State::report(const AnyRunner& leader) {
           deviations[i] = filter.deviation(i);
         }
         engine.deviations(deviations.data() + own);
-        const bool unsettled_states = leaves_start();
+        const bool states_too = leaves_start();
         const int first = filter.shape().states();
-        std::array<double, kMaxParameters> wider;  // variance, over the believed one's square
-        double most = 0.0;
+        Widening widening;
         for (int k = 0; k < coordinates.size(); ++k) {
           values[own + k] = engine.parameters()[coordinates.unknowns()[k]];
           const double factor = unsettled(k, deviations[own + k]);
+          if (states_too) widening.add(factor, filter.covariance(first + k, first + k));
           deviations[own + k] = std::hypot(factor * deviations[own + k], spread(leader, k));
-          if (!unsettled_states) continue;
-          wider[k] = (factor * factor - 1.0) / filter.covariance(first + k, first + k);
-          most = std::max(most, factor * factor - 1.0);
         }
-        for (int i = 0; i < own && unsettled_states; ++i) {
-          const double variance = filter.covariance(i, i);
-          double more = 0.0;
-          for (int k = 0; k < coordinates.size(); ++k) {
-            const double with = filter.covariance(i, first + k);
-            more += wider[k] * with * with;
-          }
-          deviations[i] = std::sqrt(variance + std::min(more, most * variance));
-        }
+        for (int i = 0; i < own && states_too; ++i)
+          deviations[i] = std::sqrt(widening.variance(
+              filter.covariance(i, i), [&](int k) { return filter.covariance(i, first + k); }));
       },
       leader);
 }

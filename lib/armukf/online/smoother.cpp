@@ -14,6 +14,7 @@
 #include "armukf/online/race.hpp"
 #include "armukf/online/recursion.hpp"
 #include "armukf/online/runner.hpp"
+#include "armukf/online/widening.hpp"
 
 namespace armukf {
 namespace {
@@ -217,21 +218,16 @@ class Smoother {
         p.data(), [&](int i, int j) { return belief.covariance[s + i][s + j]; },
         deviations + own_states_);
     if (caution_.empty()) return;
-    for (int j = 0; j < coordinates_.size(); ++j)
-      deviations[own_states_ + j] *= caution_[coordinates_.unknowns()[j]];
-    // States settle with the parameters: once they have, they are as well known as they seem.
-    for (int i = 0; i < own_states_ && result_.settling; ++i) {
-      double more = 0.0;  // of what the state has of each unknown, as if that were alone
-      double most = 0.0;
-      for (int j = 0; j < coordinates_.size(); ++j) {
-        const double caution = caution_[coordinates_.unknowns()[j]];
-        const double wider = caution * caution - 1.0;
-        const double with = belief.covariance[i][s + j];
-        more += wider * with * with / belief.covariance[s + j][s + j];
-        most = std::max(most, wider * belief.covariance[i][i]);
-      }
-      deviations[i] = std::sqrt(belief.covariance[i][i] + std::min(more, most));
+    Widening widening;
+    for (int j = 0; j < coordinates_.size(); ++j) {
+      const double caution = caution_[coordinates_.unknowns()[j]];
+      widening.add(caution, belief.covariance[s + j][s + j]);
+      deviations[own_states_ + j] *= caution;
     }
+    // States settle with the parameters: once they have, they are as well known as they seem.
+    for (int i = 0; i < own_states_ && result_.settling; ++i)
+      deviations[i] = std::sqrt(widening.variance(
+          belief.covariance[i][i], [&](int j) { return belief.covariance[i][s + j]; }));
   }
 
   void tell(double share, std::size_t k) const {
