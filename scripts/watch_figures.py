@@ -40,6 +40,8 @@ WEAR = 0.1 / 600  # 1/s; half of the arms wear from the begin on, half from LATE
 GONE = 0.03
 LATE = 60.0  # s
 WEARS = ("k_g1", "k_a", "d_g", "Fc", "torque_gain")
+FAST = {"k_g1": 0.2, "k_a": 0.2, "d_g": 0.2}  # of the value, within FAST_S: neither a step nor slow
+FAST_S = 80.0
 LITTLE = {"torque_ripple": 0.3, "gravity": 0.3, "speed_ripple": 0.02, "position_friction": 0.5}
 LITTLE_LENGTH = 100.0
 PAIR = ("k_g1", "torque_gain")  # the second 3 s after the first
@@ -79,6 +81,8 @@ def trial(item):
         return {"false": sum(not e["settled"] for e in events), "doubts": summary.get("doubts_model", False)}
     if kind.startswith("wear "):
         return worn(options, kind.removeprefix("wear "), size, arm)
+    if kind.startswith("fast "):
+        return worn_fast(options, kind.removeprefix("fast "), size, arm)
     if kind == "two":
         steps = [(name, size_of(name, arm), ONSET + 3.0 * i) for i, name in enumerate(PAIR)]
         events, _, _ = watched(options, arm, LENGTH + 3.0, steps)
@@ -100,6 +104,15 @@ def worn(options, name, size, arm):
             "within": abs(trend["rate_per_h"] / true - 1) < 0.2 if seen else False,
             "others": [n for n, t in summary["trends"].items() if t["drifts"] and n != name],
             "events": [e["what"] for e in events if not e["settled"]]}
+
+
+def worn_fast(options, name, size, arm):
+    """Whether what drifts fast is told, and how far all unknowns are off at the end, in deviations."""
+    events, summary, values = watched(options, arm, ONSET + FAST_S, [(name, size, ONSET)], "--drift")
+    off = {n: abs(p["value"] - values[n] * (1.0 + size if n == name else 1.0)) / p["sd"]
+           for n, p in summary["parameters"].items() if n in TRUTH}
+    told_as = [n for n, t in summary["trends"].items() if t["drifts"]] + [e["what"] for e in events]
+    return {"told": name in told_as, "within": statistics.mean(z < 3.0 for z in off.values()), "most": max(off.values())}
 
 
 def judged(kind, size, events, summary, values):
@@ -170,6 +183,11 @@ def report(results, checks):
     if worn_runs:
         checks.expect(share(worn_runs, "within") >= 80, f"10 % in 10 min: rate within 20 % before 3 % are gone in "
                       f"{share(worn_runs, 'within'):.0f} % (80)")
+    fast = [r for kind in results if kind.startswith("fast ") for r in results[kind]]
+    if fast:
+        checks.expect(share(fast, "told") >= 80, f"a fifth in {FAST_S:.0f} s: told in {share(fast, 'told'):.0f} % (80)")
+        checks.expect(share(fast, "within") >= 85, f"then within 3 sd: {share(fast, 'within'):.1f} % of the parameters (85); "
+                      f"the farthest {max(r['most'] for r in fast):.1f} sd off")
     for kind in (k for k in results if k.startswith("without ")):
         false = [r["false"] for r in results[kind]]
         print(f"  {kind}: events of records of {LITTLE_LENGTH:.0f} s {', '.join(map(str, false))}; the model is doubted in "
@@ -188,6 +206,7 @@ def items_of(o):
     kinds = [(kind, kind, size_of) for kind in CHANGES]
     kinds += [(f"small {kind}", kind, lambda k, a: SMALL[k] * (-1 if a % 2 else 1)) for kind in SMALL]
     kinds += [(f"wear {kind}", f"wear {kind}", lambda k, a: GONE * (-1 if a % 2 else 1)) for kind in WEARS]
+    kinds += [(f"fast {kind}", f"fast {kind}", lambda k, a: FAST[k.removeprefix("fast ")] * (-1 if a % 2 else 1)) for kind in FAST]
     kinds += [(f"without {name}", f"without {name}", lambda k, a: 0.0) for name in LITTLE]
     kinds += [("two", "two", lambda k, a: 0.0), ("nothing", "nothing", lambda k, a: 0.0)]
     return [(label, [base, kind, size(kind, arm), arm]) for label, kind, size in kinds

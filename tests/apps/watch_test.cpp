@@ -191,6 +191,31 @@ TEST_F(WatchProgram, TellsWearAndWhenItReachesALimit) {
             std::string::npos);
 }
 
+/// Neither a step nor slow: a gear that loses a fifth of its stiffness in 80 s, which the session
+/// has to follow all the while.
+TEST_F(WatchProgram, FollowsWhatDriftsFast) {
+  for (const int seed : {2, 3, 4}) {
+    run(
+        fmt::format("simulate -o record.csv --samples 160000 --drift k_g1=-0.2 --sensor-noise 0.1 "
+                    "--torque-disturbance 0.1 --quiet --seed {}",
+                    seed));
+    const Outcome outcome = run("estimate record.csv --watch --events - --json summary.json");
+    ASSERT_EQ(outcome.status, 0) << outcome.error;
+    const auto summary = nlohmann::json::parse(text("summary.json"));
+    const auto& found = summary["parameters"]["k_g1"];
+    constexpr double kLeft = 0.8 * 20.0774;
+    EXPECT_LT(std::abs(found["value"].get<double>() - kLeft), 4.0 * found["sd"].get<double>())
+        << seed;
+    const auto& trend = summary["trends"]["k_g1"];
+    constexpr double kRate = -0.2 * 20.0774 / 80.0 * 3600.0;
+    EXPECT_EQ(trend["drifts"], true) << seed;
+    EXPECT_NEAR(trend["rate_per_h"], kRate, 0.2 * std::abs(kRate)) << seed;
+    EXPECT_NEAR(trend["value"].get<double>(), found["value"].get<double>(),
+                found["sd"].get<double>())
+        << seed;
+  }
+}
+
 TEST_F(WatchProgram, RefusesWearThatNoMachineCanHave) {
   expect_refused("simulate -o a.csv --drift k_g1", "--drift: 'k_g1' is not NAME=PART");
   expect_refused("simulate -o a.csv --drift k_g1=-2",

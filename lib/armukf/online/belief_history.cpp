@@ -11,8 +11,7 @@ void change(PastBelief& past, const Changeable& what, const Condition& now, doub
   if (at == names.end()) return;
   const int k = static_cast<int>(at - names.begin());
   SquareMatrix& P = past.belief.covariance;
-  for (int i = 0; i < P.size(); ++i) P(i, k) = P(k, i) = 0.0;
-  P(k, k) = sd * sd;
+  P(k, k) += sd * sd;
 }
 
 void BeliefHistory::fill(const Session& session, double t) {

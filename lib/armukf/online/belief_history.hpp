@@ -29,7 +29,8 @@ struct PastBelief {
 };
 
 /// What is believed of a machine that has changed in one thing: all else as it was. `sd` is the
-/// deviation of that one's value.
+/// deviation of the change; what the value hangs together with it still does, since the change was
+/// found beside that.
 void change(PastBelief& belief, const Changeable& what, const Condition& now, double sd);
 
 /// What a session believed in the last seconds, for whoever finds that something has changed since

@@ -38,7 +38,8 @@ std::span<const Event> Watch::State::see(Session& session, const Sample& sample,
 void Watch::State::begin(const Session& session) {
   constexpr double kUnsure = 10.0;  // usual sizes: hardly anything is known beforehand
   history.fill(session, watched);
-  worn = latest = history.before(watched);
+  worn = latest = trend_begin = history.before(watched);
+  trend_begin.t = -1.0;
   what = changeables(model, condition);
   unsure = latest;
   unsure.t = 0.0;
@@ -84,8 +85,7 @@ void Watch::State::look(Session& session) {
     follow_at = watched + Wear::kBlockS;
     if (follow_wear(session)) return;
   }
-  const bool drifts = alarm.likelihood_of_drift() > kQuiet * watch.threshold;
-  if (drifts && knows_noise && watched > watch.trend_s) expect_wear(session, kRefreezeS);
+  if (knows_noise && watched > watch.trend_s) expect_wear(session, kRefreezeS);
   // What the session believed some time ago cannot be what an unseen change makes it believe.
   constexpr double kAgoS = 1.5;
   const PastBelief& ago = history.before(watched - kAgoS);
@@ -117,12 +117,14 @@ void Watch::State::archive(Archive& archive) {
     wear = Wear(count());
     set_up_bank();
     history.fill(Session(model, settings), 0.0);
-    unsure = worn = latest = history.before(0.0);
+    unsure = worn = latest = trend_begin = history.before(0.0);
     filter = StepFilter(1 + count(), sample_s);
   }
-  archive(power, filter, misfit, alarm, surge, wear, quiet_until, astray, running, before, alarm_at,
-          alarm_onset, alarm_spread, passes, told, wait, try_again_at, wear_taken_until, history);
+  archive(power, filter, misfit, alarm, surge, wear, pace, quiet_until, astray, running, before,
+          alarm_at, alarm_onset, alarm_spread, passes, told, wait, try_again_at, wear_taken_until,
+          history);
   unsure.archive(archive);
+  trend_begin.archive(archive);
   std::visit(
       [&](auto& o) {
         archive(o.bank, o.replay);

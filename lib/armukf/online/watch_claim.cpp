@@ -206,11 +206,13 @@ void Watch::State::tell(Session& session, const TriedChanges& tried, int best) {
   change(accepted, what[best], now, kCaution * found.sd() * what[best].usual);
   session.believe(accepted.values, accepted.belief, now);
   session.begin_noise_anew();
+  pace.restart();
   if (!std::exchange(told, true)) {
     count_event();
     return;
   }
   history.fill(accepted);
+  trend_begin = accepted;
   if (wear.has_begun()) wear.jump(what, best, found.trial.onset, before, now);
   freeze(accepted, now);
   alarm.begin(what, accepted.belief.covariance);

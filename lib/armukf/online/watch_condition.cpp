@@ -161,19 +161,17 @@ bool Watch::State::has_moved(const PastBelief& from) const {
 /// of them a moment ago counts a little less from now on, as of a machine that wears.
 void Watch::State::expect_wear(Session& session, double length) {
   session.remember(worn.values, worn.belief);
+  worn.t = watched;
+  pace.look(worn, what);
+  if (trend_begin.t < 0.0) trend_begin = worn;
   loosen(worn.belief, length);
   session.believe(worn.values, worn.belief, condition);
 }
 
 /// By what may wear within `length` s.
 void Watch::State::loosen(ParameterBelief& belief, double length) const {
-  // 1/s^1/2, of a usual size: a tenth of a value in ten minutes is then followed, half a percent
-  // behind.
-  constexpr double kWear = 5e-3;
-  for (int i = 0; i < belief.covariance.size(); ++i) {
-    const double sd = kWear * what[i].usual;
-    belief.covariance(i, i) += length * sd * sd;
-  }
+  for (int i = 0; i < belief.covariance.size(); ++i)
+    belief.covariance(i, i) += length * pace.variance() * what[i].usual * what[i].usual;
 }
 
 }  // namespace armukf

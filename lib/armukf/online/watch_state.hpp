@@ -15,6 +15,7 @@
 #include "armukf/online/change_replay.hpp"
 #include "armukf/online/condition.hpp"
 #include "armukf/online/misfit_filter.hpp"
+#include "armukf/online/pace.hpp"
 #include "armukf/online/predictor_bank.hpp"
 #include "armukf/online/surge.hpp"
 #include "armukf/online/watch.hpp"
@@ -84,6 +85,7 @@ struct Watch::State {
   Limits limits_of(const std::string& name) const;
   std::vector<Trend> trends() const;
   std::vector<Trend> worn_so_far() const;
+  void follow_session(Trend& trend, int parameter, bool may_drift) const;
   void add_limited(std::vector<Trend>& trends) const;
   void tell_unnamed(Session& session);
   void begin_trials(Session& session, int best);
@@ -130,6 +132,7 @@ struct Watch::State {
   Alarm alarm;
   Surge surge;
   Wear wear;
+  Pace pace;
   double wear_taken_until = 0.0;  // s, watched: what is looked at once more counts once
   // The clock.
   TorqueMemory torques;
@@ -155,7 +158,8 @@ struct Watch::State {
   BeliefHistory history;
   PastBelief unsure;  // of the time before it began
   PastBelief worn;
-  PastBelief latest;  // when it was last asked what has been learnt
+  PastBelief trend_begin;  // from when on the session's moves are drifts; t below 0: not yet
+  PastBelief latest;       // when it was last asked what has been learnt
   std::vector<Event> events;
   std::uint64_t told_events = 0;
   double restlessness = 0.0;  // events, the past ones less (WatchSettings::restless_s)

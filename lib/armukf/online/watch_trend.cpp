@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <span>
 #include <string>
 #include <vector>
@@ -7,6 +8,11 @@
 #include "armukf/online/watch_state.hpp"
 
 namespace armukf {
+namespace {
+
+constexpr double kShortestTrendS = 30.0;  // s, in which a session's move is a drift
+
+}  // namespace
 
 /// Takes sums that the condition was frozen for. How far off that was, the session knows by now.
 void Watch::State::take_wear(Wear& to, const ChangeSums& sums) const {
@@ -130,6 +136,8 @@ std::vector<Trend> Watch::State::worn_so_far() const {
   std::vector<Trend> all;
   std::vector<FoundWear> found(what.size());
   if (!finds_wear(until_now, watch.trend_threshold, found)) return {};
+  bool may_drift = true;
+  for (int i = 0; i < count(); ++i) may_drift = may_drift && (is_unknown(i) || !found[i].drifts);
   for (std::size_t i = 0; i < found.size(); ++i) {
     const FoundWear& f = found[i];
     if (!(f.sd > 0.0)) continue;
@@ -142,8 +150,27 @@ std::vector<Trend> Watch::State::worn_so_far() const {
                    .since = on_clock(f.since),
                    .drifts = f.drifts,
                    .limits = limits_of(what[i].name)});
+    if (is_unknown(static_cast<int>(i))) follow_session(all.back(), what[i].parameter, may_drift);
   }
   return all;
+}
+
+/// Of an unknown the session knows better what it is by now. One that moves so fast that all
+/// predictions bend tells the sums little; then it drifts if the session has moved by more than
+/// chance, unless what drifts is something around the arm that unknowns make up for.
+void Watch::State::follow_session(Trend& trend, int parameter, bool may_drift) const {
+  const PastBelief& now = history.before(watched);
+  trend.value = now.values[parameter];
+  const double length = now.t - trend_begin.t;
+  if (trend.drifts || !may_drift || trend_begin.t < 0.0 || length < kShortestTrendS) return;
+  const int k = now.belief.place_of(trend.what);
+  const double moved = trend.value - trend_begin.values[parameter];
+  const double variance = now.belief.covariance(k, k) + trend_begin.belief.covariance(k, k);
+  if (!(moved * moved > watch.trend_threshold * variance)) return;
+  trend.rate = moved / length;
+  trend.sd = std::sqrt(variance) / length;
+  trend.since = on_clock(trend_begin.t);
+  trend.drifts = true;
 }
 
 }  // namespace armukf
