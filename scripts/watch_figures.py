@@ -29,7 +29,7 @@ from sweeps import ROOT, TRUTH
 ONSET = 20.0  # s
 LENGTH = 24.5  # s, of a record with a change
 QUIET_LENGTH = 600.0
-ARMS = {"tuning": 100, "score": 500}  # the first seed of each half; rules changed after 200 to 219, 300 to 319 were scored
+ARMS = {"tuning": 100, "score": 600}  # the first seed of each half; rules changed after 200 to 219, 300 to 319, 500 to 519 were scored
 NAMES = {"payload": "payload_change"}  # as armukf calls it
 # What changes, by how much, and whether half of the trials go down; relative, but for offset and delay.
 CHANGES = {"k_g1": (0.2, True), "k_a": (0.2, True), "d_g": (0.2, True), "Fc": (0.2, True),
