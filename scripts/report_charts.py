@@ -26,7 +26,8 @@ AXES = {"t": ("time", "s"), "u": ("torque u", "N·m"), "motor_angle": ("motor an
         "twist_gear": ("gear twist", "rad"), "twist_arm": ("arm twist", "rad"), "speed_motor": ("motor speed", "rad/s"),
         "speed_gear": ("gear speed", "rad/s"), "speed_arm": ("arm speed", "rad/s")}
 # What an effect's torque depends on.
-OVER = {"gravity": "motor_angle", "torque_ripple": "motor_angle", "backlash": "twist_gear",
+OVER = {"gravity": "motor_angle", "torque_ripple": "motor_angle",
+        "torque_ripple_commanded": "motor_angle", "backlash": "twist_gear",
         "gear_hysteresis": "twist_gear", "arm_stiffness_cubic": "twist_arm", "arm_friction": "speed_arm",
         "gear_friction": "speed_gear", "flexible_mode": "t", "payload_change": "t", "thermal_friction": "t",
         "drive_lag": "u", "input_delay": "u", "torque_gain": "u", "gear_spring_curve": "twist_gear",

@@ -9,6 +9,7 @@ from style import title_of
 PLAIN = {
     "torque_bias": "a constant torque beside the commanded one",
     "torque_gain": "a motor that gives more or less torque than commanded",
+    "torque_ripple_commanded": "a torque constant that goes with the motor's angle",
     "torque_ripple": "a torque that goes with the motor's angle",
     "input_delay": "a torque that arrives late",
     "drive_lag": "a drive that gives the torque late",

@@ -137,7 +137,9 @@ TEST(Trials, HoldTheRarestForTheLast) {
   EXPECT_EQ(of("friction_ripple").harmonic, 4.5);  // of friction, not of torque
   EXPECT_EQ(of("external_torque").model.parameter("external_torque_frequency").value, 5.5);
   EXPECT_EQ(of("gear_stiffness_ripple").harmonic, 3.5);  // of what turns round with the load
-  for (const char* cyclic : {"friction_ripple", "external_torque", "gear_stiffness_ripple"})
+  EXPECT_EQ(of("torque_ripple_commanded").harmonic, 3.5);
+  for (const char* cyclic :
+       {"friction_ripple", "external_torque", "gear_stiffness_ripple", "torque_ripple_commanded"})
     EXPECT_EQ(of(cyclic).cyclic_state, kArmStates) << cyclic;
 }
 

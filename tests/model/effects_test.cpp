@@ -365,6 +365,26 @@ TEST(ThermalTorque, GrowsFromTheFirstSampleOn) {
   EXPECT_NEAR(torque(4.0), 5.0 * (1.0 - 0.2 * (1.0 - std::exp(-1.0))), 1e-12);
 }
 
+TEST(TorqueRippleCommanded, GoesWithTheAngleAndTheCommand) {
+  Model model = published_estimate();
+  model.add_effect("torque_ripple_commanded");
+  model.parameter("torque_ripple_commanded").value = 0.1;
+  model.parameter("torque_ripple_commanded_harmonic").value = 3.0;
+  const std::vector<double> p = model.values();
+  const auto beside = [&](double angle, double u) {
+    std::vector<double> x(model.states.size(), 0.0);
+    x.back() = angle;
+    std::vector<double> dx(x.size());
+    Dynamics<double>(model, p.data()).derivative(0.0, u, x.data(), dx.data());
+    return dx[kSpeedMotor] / Coefficients<double>(p.data()).motor_mobility - u;
+  };
+  EXPECT_NEAR(beside(0.0, 5.0), 0.5, 1e-12);
+  EXPECT_NEAR(beside(std::numbers::pi / 3.0, 5.0), -0.5, 1e-12);
+  EXPECT_NEAR(beside(std::numbers::pi / 6.0, 5.0), 0.0, 1e-12);
+  EXPECT_NEAR(beside(0.0, -2.0), -0.2, 1e-12);
+  EXPECT_EQ(family_of("torque_ripple_commanded"), "torque_ripple");
+}
+
 /// The whole friction, or its viscous part, by what it has dissipated.
 TEST(ThermalFrictionHeated, ChangesAsTheViscosityOfALubricantThatFrictionWarms) {
   constexpr double kSpeed = 20.0;

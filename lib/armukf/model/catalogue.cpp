@@ -20,8 +20,8 @@ void for_each_effect(std::variant<E...> /*catalogue*/, Visit visit) {
 }
 
 constexpr std::string_view kFlexibleMode = "flexible_mode";
-constexpr std::array<std::string_view, 3> kFamilies{kFlexibleMode, "external_torque",
-                                                    "thermal_friction"};
+constexpr std::array<std::string_view, 4> kFamilies{kFlexibleMode, "external_torque",
+                                                    "torque_ripple", "thermal_friction"};
 
 }  // namespace
 

@@ -41,6 +41,7 @@
 #include "armukf/model/effects/torque_curve.hpp"
 #include "armukf/model/effects/torque_gain.hpp"
 #include "armukf/model/effects/torque_ripple.hpp"
+#include "armukf/model/effects/torque_ripple_commanded.hpp"
 
 namespace armukf {
 
@@ -54,10 +55,10 @@ using CataloguedEffect = std::variant<
     effects::ArmStiffnessCubic, effects::FlexibleMode<kArm>, effects::FlexibleMode<kGear>,
     effects::FlexibleMode<kMotor>, effects::Gravity, effects::PayloadChange, effects::SensorLag,
     effects::SpeedRipple, effects::ExternalTorque<kMotor>, effects::ExternalTorque<kArm>,
-    effects::FrictionChange, effects::FrictionRipple, effects::ThermalTorque,
-    effects::ThermalDamping, effects::GearStiffnessRipple, effects::PoseInertia,
-    effects::ArmBacklash, effects::SensorCoupling, effects::FrictionCurve, effects::GearSpringCurve,
-    effects::ArmSpringCurve, effects::TorqueCurve, effects::AngleCurve>;
+    effects::FrictionChange, effects::FrictionRipple, effects::TorqueRippleCommanded,
+    effects::ThermalTorque, effects::ThermalDamping, effects::GearStiffnessRipple,
+    effects::PoseInertia, effects::ArmBacklash, effects::SensorCoupling, effects::FrictionCurve,
+    effects::GearSpringCurve, effects::ArmSpringCurve, effects::TorqueCurve, effects::AngleCurve>;
 
 /// An effect as the user names it: `torque_ripple`, or `torque_ripple:2` for the second of its
 /// kind.

@@ -168,12 +168,24 @@ void Watch::State::go_on_trying(Session& session) {
   if (late) calm();
 }
 
-/// Of an unknown before it changed: what it hangs together with is as uncertain as it was, and so
-/// is what it has become.
-double Watch::State::deviation_before(int i, double onset) const {
-  const ParameterBelief& belief = history.before(onset - kJustBefore).belief;
-  const int k = belief.place_of(what[i].name);
-  return k < 0 ? 0.0 : std::sqrt(belief.covariance(k, k));
+/// Of what the i-th becomes by this change: what it hangs together with is as uncertain as it was
+/// before, and so is what it has become. A payload is one relative to the arm's own share of the
+/// inertia.
+double Watch::State::deviation_before(int i, const Hypothesis& change) const {
+  const ParameterBelief& belief = history.before(change.onset - kJustBefore).belief;
+  const auto covariance = [&](int a, int b) {
+    return a < 0 || b < 0 ? 0.0 : belief.covariance(a, b);
+  };
+  if (what[i].beyond != &Condition::payload) {
+    const int k = belief.place_of(what[i].name);
+    return std::sqrt(covariance(k, k));
+  }
+  const int motor = belief.place_of(model.parameters[kAm].name);
+  const int gear = belief.place_of(model.parameters[kAg].name);
+  const double variance =
+      covariance(motor, motor) + covariance(gear, gear) + 2.0 * covariance(motor, gear);
+  const double share = 1.0 - before.parameters[kAm] - before.parameters[kAg];
+  return std::abs(change.amount) * what[i].usual * std::sqrt(std::max(0.0, variance)) / share;
 }
 
 /// The name that fits best, and what else would.
@@ -186,7 +198,7 @@ Event Watch::State::event_of(const TriedChanges& tried, int best, bool settled) 
               .unit = what[best].unit,
               .from = value_of(before, what[best]),
               .to = value_of(before, what[best]) + change.trial.amount * what[best].usual,
-              .sd = std::hypot(sd, deviation_before(best, change.trial.onset)),
+              .sd = std::hypot(sd, deviation_before(best, change.trial)),
               .p = tried.probability(best),
               .also_possible = {},
               .settled = settled};

@@ -97,7 +97,7 @@ struct Watch::State {
   TriedChanges tried() const;
   TriedChange as_tried(int i) const;
   Event event_of(const TriedChanges& tried, int best, bool settled) const;
-  double deviation_before(int i, double onset) const;
+  double deviation_before(int i, const Hypothesis& change) const;
   void tell(Session& session, const TriedChanges& tried, int best);
   void count_event();
   bool doubts_model() const { return restlessness > watch.most; }

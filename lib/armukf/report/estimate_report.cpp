@@ -102,8 +102,9 @@ std::string caveat(const RecursiveEstimate& e) {
   return "";
 }
 
-/// The noise that was learnt, and whether there is more than noise.
-std::string noise_text(const RecursiveEstimate& e) {
+/// The noise that was learnt, and whether there is more than noise; where nobody watched, that may
+/// be a change.
+std::string noise_text(const RecursiveEstimate& e, bool watched) {
   const LearntNoise& noise = e.belief.noise;
   if (!noise.sought) return caveat(e);
   std::string text;
@@ -115,9 +116,10 @@ std::string noise_text(const RecursiveEstimate& e) {
   if (!model_lacks(e)) return text;
   text += fmt::format(
       "  note: the model lacks something (false alarms: {}); {} of the innovations'\n"
-      "        square is not noise. `armukf diagnose` looks for it.\n",
+      "        square is not noise. `armukf diagnose` looks for it{}.\n",
       kFalseAlarms,
-      noise.not_noise < 0.005 ? "less than 1 %" : fmt::format("{:.0f} %", 100.0 * noise.not_noise));
+      noise.not_noise < 0.005 ? "less than 1 %" : fmt::format("{:.0f} %", 100.0 * noise.not_noise),
+      watched ? "" : "; what changes meanwhile `--watch` finds");
   const std::vector<std::string_view> torques = torques_left(e.tally.torques().result());
   if (torques.empty() || !noise.known) return text;
   return text +
@@ -422,7 +424,7 @@ std::string estimate_text(const EstimateSummary& s) {
       "  simulated with the final parameters: {}{}\n",
       simulation_text(s.simulation.fit_percent, s.simulation.mse, s.simulation.free), over_text(s));
   text += hopeless_text(s.simulation.fit_percent, innovations.fit_percent());
-  return text + hardly_told_text(e.hardly_told) + noise_text(e);
+  return text + hardly_told_text(e.hardly_told) + noise_text(e, s.watch.has_value());
 }
 
 }  // namespace armukf
