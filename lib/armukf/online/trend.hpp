@@ -11,7 +11,8 @@ namespace armukf {
 struct Trend {
   std::string what;  // see Changeable
   std::string unit;
-  double value = 0.0;   // at the end, by the trend; of what is said not to drift, its mean
+  double value = 0.0;   // at the end: of an unknown the estimate, of all else by the trend, or the
+                        // mean of what is said not to drift
   double rate = 0.0;    // per s of the record, gaps left out; NaN: too little was seen to tell
   double sd = 0.0;      // of the rate
   double since = 0.0;   // s, where it begins

@@ -162,8 +162,9 @@ void Watch::State::follow_session(Trend& trend, int parameter, bool may_drift) c
   const PastBelief& now = history.before(watched);
   trend.value = now.values[parameter];
   const double length = now.t - trend_begin.t;
-  if (trend.drifts || !may_drift || trend_begin.t < 0.0 || length < kShortestTrendS) return;
   const int k = now.belief.place_of(trend.what);
+  if (trend.drifts || !may_drift || k < 0) return;
+  if (trend_begin.t < 0.0 || length < kShortestTrendS) return;
   const double moved = trend.value - trend_begin.values[parameter];
   const double variance = now.belief.covariance(k, k) + trend_begin.belief.covariance(k, k);
   if (!(moved * moved > watch.trend_threshold * variance)) return;
