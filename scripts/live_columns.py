@@ -7,8 +7,8 @@ from operator import itemgetter
 
 STATES = {
     "rad": "twist_gear twist_arm angle_curve_angle gravity_angle speed_ripple_angle torque_ripple_angle "
-           "torque_ripple_commanded_angle friction_ripple_angle external_torque_phase external_torque_arm_phase gear_stiffness_ripple_angle "
-           "pose_inertia_angle "
+           "torque_ripple_commanded_angle friction_ripple_angle external_torque_phase external_torque_arm_phase "
+           "gear_stiffness_ripple_angle pose_inertia_angle "
            "mode_motor_deflection mode_gear_deflection mode_arm_deflection",
     "rad/s": "speed_motor speed_gear speed_arm sensor_speed sensor_coupling_speed mode_motor_speed mode_gear_speed "
              "mode_arm_speed",
@@ -30,8 +30,8 @@ PARAMETERS = {
     "rad": "backlash arm_backlash gear_hysteresis_distance presliding_distance gear_spring_curve_range "
            "arm_spring_curve_range",
     "rad/s": "friction_curve_range",
-    "1/rad": "angle_curve_harmonic speed_ripple_harmonic torque_ripple_harmonic torque_ripple_commanded_harmonic friction_ripple_harmonic "
-             "gear_stiffness_ripple_harmonic pose_inertia_harmonic",
+    "1/rad": "angle_curve_harmonic speed_ripple_harmonic torque_ripple_harmonic torque_ripple_commanded_harmonic "
+             "friction_ripple_harmonic gear_stiffness_ripple_harmonic pose_inertia_harmonic",
     "Hz": "mode_motor_frequency mode_gear_frequency mode_arm_frequency external_torque_frequency "
           "external_torque_arm_frequency sensor_coupling_frequency",
     "–": "a_m a_g load_dependent_friction payload presliding_share speed_ripple thermal_friction torque_gain "

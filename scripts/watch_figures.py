@@ -40,8 +40,9 @@ WEAR = 0.1 / 600  # 1/s; half of the arms wear from the begin on, half from LATE
 GONE = 0.03
 LATE = 60.0  # s
 WEARS = ("k_g1", "k_a", "d_g", "Fc", "torque_gain")
-FAST = {"k_g1": 0.2, "k_a": 0.2, "d_g": 0.2}  # of the value, within FAST_S: neither a step nor slow
-FAST_S = 80.0
+FASTS = ("k_g1", "k_a", "d_g")
+FAST = 0.2  # of the value, within FAST_S: neither a step nor slow
+FAST_S = 80.0  # s
 LITTLE = {"torque_ripple": 0.3, "gravity": 0.3, "speed_ripple": 0.02, "position_friction": 0.5}
 LITTLE_LENGTH = 100.0
 PAIR = ("k_g1", "torque_gain")  # the second 3 s after the first
@@ -206,7 +207,7 @@ def items_of(o):
     kinds = [(kind, kind, size_of) for kind in CHANGES]
     kinds += [(f"small {kind}", kind, lambda k, a: SMALL[k] * (-1 if a % 2 else 1)) for kind in SMALL]
     kinds += [(f"wear {kind}", f"wear {kind}", lambda k, a: GONE * (-1 if a % 2 else 1)) for kind in WEARS]
-    kinds += [(f"fast {kind}", f"fast {kind}", lambda k, a: FAST[k.removeprefix("fast ")] * (-1 if a % 2 else 1)) for kind in FAST]
+    kinds += [(f"fast {kind}", f"fast {kind}", lambda k, a: FAST * (-1 if a % 2 else 1)) for kind in FASTS]
     kinds += [(f"without {name}", f"without {name}", lambda k, a: 0.0) for name in LITTLE]
     kinds += [("two", "two", lambda k, a: 0.0), ("nothing", "nothing", lambda k, a: 0.0)]
     return [(label, [base, kind, size(kind, arm), arm]) for label, kind, size in kinds

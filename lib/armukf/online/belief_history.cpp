@@ -6,12 +6,8 @@ namespace armukf {
 
 void change(PastBelief& past, const Changeable& what, const Condition& now, double sd) {
   std::copy_n(now.parameters.begin(), past.values.size(), past.values.begin());
-  const auto& names = past.belief.names;
-  const auto at = std::ranges::find(names, what.name);
-  if (at == names.end()) return;
-  const int k = static_cast<int>(at - names.begin());
-  SquareMatrix& P = past.belief.covariance;
-  P(k, k) += sd * sd;
+  if (const int k = past.belief.place_of(what.name); k >= 0)
+    past.belief.covariance(k, k) += sd * sd;
 }
 
 void BeliefHistory::fill(const Session& session, double t) {
