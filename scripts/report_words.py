@@ -13,6 +13,7 @@ PLAIN = {
     "torque_ripple": "a torque that goes with the motor's angle",
     "input_delay": "a torque that arrives late",
     "drive_lag": "a drive that gives the torque late",
+    "drive_lag_second_order": "a drive that gives the torque late, with an oscillation of its own",
     "friction_parameters": "motor friction that is no longer what was identified",
     "coulomb_asymmetry": "dry friction that differs between the directions",
     "gear_friction": "friction in the gear box",

@@ -22,6 +22,7 @@ namespace {
 
 constexpr int kLong = 60;            // iterations to the end of a fit
 constexpr std::size_t kStarts = 4;   // of an effect
+constexpr std::size_t kMoments = 4;  // of what happens, of the most promising
 constexpr int kFirst = 2;            // iterations from each
 constexpr int kSecond = 4;           // more, from the best
 constexpr std::size_t kBegun = 16;   // effects that are gone on with at all
@@ -236,47 +237,100 @@ struct BegunFits {
   std::vector<PairStart> pairs;
 };
 
+/// What fits are begun on: records, and on top of each base the filter's gains there and what it
+/// foretells of them.
+struct Beginning {
+  const Thinned& records;
+  const Propagation& propagation;
+  std::vector<BaseGains> gains;
+  std::vector<double> levels;
+
+  Beginning(const std::vector<ForesightFit>& bases, const Thinned& thinned, const Propagation& p,
+            double density)
+      : records(thinned), propagation(p), gains(bases.size()), levels(bases.size()) {
+    for_each_job(static_cast<int>(bases.size()), [&](int i) {
+      gains[i] = gains_on(bases[i], records, propagation, density);
+      levels[i] = level(bases[i], i);
+    });
+  }
+
+  double level(const ForesightFit& fit, std::size_t base) const {
+    return begun_errors(fit, records.pieces, propagation, gains[base].judging, records.times)
+        .level();
+  }
+
+  ForesightFit begun(const Suggestion& from, std::size_t base) const {
+    return begin_foresight(from.model, from.x0, records.pieces, propagation, gains[base].fitting,
+                           kFirst);
+  }
+};
+
+/// Whether it is of something that happens within the records: only all of them show both sides.
+bool happens(const Trial& trial) {
+  const EffectSlot& slot = trial.model.effects.back();
+  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (parameters[i].moment && !trial.model.parameters[slot.first_parameter + i].known)
+      return true;
+  return false;
+}
+
+/// Where fits of what happens begin on top of a base, most promising moments of each effect first.
+std::vector<Start> starts_of_happenings(const std::vector<ForesightFit>& bases, std::size_t base,
+                                        const std::vector<Trial>& trials, const Beginning& whole) {
+  std::vector<Trial> those;
+  std::vector<const Trial*> own;
+  for (const Trial& trial : trials) {
+    if (!happens(trial)) continue;
+    those.push_back(trial);
+    own.push_back(&trial);
+  }
+  if (those.empty()) return {};
+  std::vector<Start> starts = starts_on(bases, base, whole.gains[base].judging, those, kMoments,
+                                        whole.records, whole.propagation)
+                                  .single;
+  for (Start& start : starts) start.trial = own[start.trial - those.data()];
+  return starts;
+}
+
 /// Every effect from its most promising starts on each base; the best of each, most promising
 /// first. records: as they are begun with, thinned.
 BegunFits begun_fits(const std::vector<Trial>& trials, const std::vector<ForesightFit>& bases,
                      const Thinned& records, const Propagation& propagation, double density) {
   const Thinned first_parts{beginnings(records.pieces), records.times};
   const std::size_t of_each = std::max<std::size_t>(2, kStarts / bases.size());
-  std::vector<BaseGains> gains(bases.size());
-  for_each_job(static_cast<int>(bases.size()),
-               [&](int i) { gains[i] = gains_on(bases[i], first_parts, propagation, density); });
+  const Beginning first(bases, first_parts, propagation, density);
+  std::optional<Beginning> whole;
+  if (std::ranges::any_of(trials, happens)) whole.emplace(bases, records, propagation, density);
   std::vector<Start> starts;
   BegunFits all;
   for (std::size_t base = 0; base < bases.size(); ++base) {
-    Starts on =
-        starts_on(bases, base, gains[base].judging, trials, of_each, first_parts, propagation);
+    Starts on = starts_on(bases, base, first.gains[base].judging, trials, of_each, first_parts,
+                          propagation);
+    std::erase_if(on.single, [](const Start& start) { return happens(*start.trial); });
     std::ranges::move(on.single, std::back_inserter(starts));
     std::ranges::move(on.pairs, std::back_inserter(all.pairs));
+    if (whole)
+      std::ranges::move(starts_of_happenings(bases, base, trials, *whole),
+                        std::back_inserter(starts));
   }
-  const auto level_on = [&](std::size_t base, const ForesightFit& fit) {
-    return begun_errors(fit, first_parts.pieces, propagation, gains[base].judging,
-                        first_parts.times)
-        .level();
-  };
-  std::vector<double> without(bases.size());
-  for_each_job(static_cast<int>(bases.size()), [&](int i) { without[i] = level_on(i, bases[i]); });
   std::vector<Begun>& begun = all.single;
   begun.resize(starts.size());
   for_each_job(static_cast<int>(begun.size()), [&](int i) {
     const Trial& trial = *starts[i].trial;
     const std::size_t base = starts[i].base;
+    const bool late = happens(trial);
+    const Beginning& looked_at = late ? *whole : first;
     const auto begun_from = [&](const Suggestion& from) {
-      Begun b{&trial,
-              begin_foresight(from.model, from.x0, first_parts.pieces, propagation,
-                              gains[base].fitting, kFirst),
-              base};
-      b.level = level_on(base, b.fit);
+      Begun b{&trial, looked_at.begun(from, base), base};
+      b.level = looked_at.level(b.fit, base);
+      if (late) b.level += first.levels[base] - whole->levels[base];  // to compare with the others
       return b;
     };
     begun[i] = begun_from(starts[i].suggestion);
     // A suggested size leaves the arm as it is. Where the two have to change together, as a payload
     // and the shares of inertia, that leads up instead of down.
-    if (begun[i].level < without[base] + kLedUp) return;
+    if (begun[i].level < first.levels[base] + kLedUp) return;
     Begun from_none = begun_from(none_of(trial, bases[base]));
     if (from_none.level < begun[i].level) begun[i] = std::move(from_none);
   });
@@ -294,15 +348,21 @@ BegunFits begun_fits(const std::vector<Trial>& trials, const std::vector<Foresig
 }
 
 /// Every effect from its most promising starts on top of a base, however far that is from any
-/// minimum: first by the filter that follows the measurements, which no start is too far off for,
-/// then nearly to the end; the best of each effect, most promising first.
+/// minimum, and from all moments at which something may happen: of those, the size that a score
+/// test suggests tells nothing where the true one is large. First by the filter that follows the
+/// measurements, which no start is too far off for, then nearly to the end; the best of each
+/// effect, most promising first.
 std::vector<Begun> followed_fits(const std::vector<Trial>& trials, const ForesightFit& base,
                                  const Thinned& records, const Propagation& propagation,
                                  double density) {
   constexpr std::size_t kOfEach = 2;
   const BaseGains gains = gains_on(base, records, propagation, density);
-  const std::vector<Start> starts =
-      starts_on({base}, 0, gains.judging, trials, kOfEach, records, propagation).single;
+  std::vector<Start> starts =
+      starts_on({base}, 0, gains.judging, trials, trials.size(), records, propagation).single;
+  std::map<std::string, std::size_t> count;
+  std::erase_if(starts, [&](const Start& start) {
+    return ++count[start.trial->effect] > kOfEach && !happens(*start.trial);
+  });
   std::vector<Begun> begun(starts.size());
   for_each_job(static_cast<int>(begun.size()), [&](int i) {
     const Suggestion& from = starts[i].suggestion;

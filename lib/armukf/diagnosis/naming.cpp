@@ -39,10 +39,12 @@ bool is_same(const Refit& one, const Refit& other) {
 void rename(const Refit& rival, FoundEffect& found, std::vector<Candidate>& candidates) {
   const auto was = std::ranges::find_if(
       candidates, [&](const Candidate& c) { return c.accepted && c.effect == found.effect; });
-  const auto is = std::ranges::find_if(candidates, [&](const Candidate& c) {
-    return c.round == was->round && c.effect == rival.trial.effect &&
-           c.p_value == rival.evidence.p_value;
-  });
+  const auto is_rival = [&](const Candidate& c) {
+    return c.effect == rival.trial.effect && c.p_value == rival.evidence.p_value;
+  };
+  auto is = std::ranges::find_if(
+      candidates, [&](const Candidate& c) { return c.round == was->round && is_rival(c); });
+  if (is == candidates.end()) is = std::ranges::find_if(candidates, is_rival);  // it gave way once
   was->accepted = false;
   was->refused_because = likelier_than(rival);
   is->accepted = true;

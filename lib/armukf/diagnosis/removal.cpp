@@ -99,6 +99,31 @@ ForesightFit absorbed(const Completing& completing, ForesightFit fit, Diagnosis&
   return fit;
 }
 
+std::optional<Exchange> in_the_stead(const Refit& refit, const std::string& other,
+                                     const Looks& looks, const Completing& completing,
+                                     const std::vector<FoundEffect>& effects,
+                                     const Explained& now) {
+  const auto at = std::ranges::find(effects, other, &FoundEffect::effect);
+  if (at == effects.end()) return {};  // the model was given with it
+  std::vector<FoundEffect> both = effects;
+  both.push_back({refit.trial.effect, 0.0, 0.0, {}});
+  const ForesightFit fit = without_effect(completing, other, both, refit.explained.fit);
+  Trial trial = refit.trial;
+  trial.model = fit.model;
+  for (int& size : trial.sizes) size = fit.model.index_of(refit.trial.model.parameters[size].name);
+  if (trial.cyclic_state >= 0)  // its states are the last ones
+    trial.cyclic_state += static_cast<int>(fit.model.states.size()) -
+                          static_cast<int>(refit.trial.model.states.size());
+  Explained before = now;
+  before.fit.model = without(now.fit.model, completing.base, other, effects);
+  before.fit.density = fit.density;
+  Refit alone =
+      refitted(trial, fit.model, fit.x0, before, looks, completing.records, completing.settings);
+  if (!alone.refusal.empty()) return {};
+  return Exchange{std::move(alone), static_cast<std::size_t>(at - effects.begin()),
+                  std::move(before.fit.model)};
+}
+
 std::optional<Exchange> exchanged(const std::vector<Refit>& refits, const Refit* best,
                                   const Looks& looks, const Completing& completing,
                                   const std::vector<FoundEffect>& effects, const Explained& now) {
@@ -110,29 +135,10 @@ std::optional<Exchange> exchanged(const std::vector<Refit>& refits, const Refit*
   std::ranges::stable_sort(
       blurring, [](const Refit* one, const Refit* other) { return goes_before(*one, *other); });
   blurring.resize(std::min(blurring.size(), kTried));
-  for (const Refit* refit : blurring) {
-    const std::string& other = refit->evidence.blurred;
-    const auto at = std::ranges::find(effects, other, &FoundEffect::effect);
-    if (at == effects.end()) continue;  // the model was given with it
-    std::vector<FoundEffect> both = effects;
-    both.push_back({refit->trial.effect, 0.0, 0.0, {}});
-    const ForesightFit fit = without_effect(completing, other, both, refit->explained.fit);
-    Trial trial = refit->trial;
-    trial.model = fit.model;
-    for (int& size : trial.sizes)
-      size = fit.model.index_of(refit->trial.model.parameters[size].name);
-    if (trial.cyclic_state >= 0)  // its states are the last ones
-      trial.cyclic_state += static_cast<int>(fit.model.states.size()) -
-                            static_cast<int>(refit->trial.model.states.size());
-    Explained before = now;
-    before.fit.model = without(now.fit.model, completing.base, other, effects);
-    before.fit.density = fit.density;
-    Refit alone =
-        refitted(trial, fit.model, fit.x0, before, looks, completing.records, completing.settings);
-    if (alone.refusal.empty())
-      return Exchange{std::move(alone), static_cast<std::size_t>(at - effects.begin()),
-                      std::move(before.fit.model)};
-  }
+  for (const Refit* refit : blurring)
+    if (auto exchange =
+            in_the_stead(*refit, refit->evidence.blurred, looks, completing, effects, now))
+      return exchange;
   return {};
 }
 

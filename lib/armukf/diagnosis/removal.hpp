@@ -46,12 +46,17 @@ struct Exchange {
   Model without;      // what the refit is compared with, without the other
 };
 
+/// An effect that was fitted beside others in the place of one of them: nothing unless, by the
+/// rules for any effect, it foretells better without that than the model as it stands does with it.
+std::optional<Exchange> in_the_stead(const Refit& refit, const std::string& other,
+                                     const Looks& looks, const Completing& completing,
+                                     const std::vector<FoundEffect>& effects, const Explained& now);
+
 /// Of what a round has refused for no other reason than that the records tell something found
-/// before less exactly beside it: what foretells better without that than the model as it stands
-/// does with it, by the rules for any effect, that of most merit first. A motor that loses torque
-/// as it warms up is taken for one of a smaller torque constant at first, and the records hardly
-/// tell the two from each other. best: what the round has found, if anything; only what explains
-/// more is looked at then.
+/// before less exactly beside it: what may stand in the stead of that, most merit first. A motor
+/// that loses torque as it warms up is taken for one of a smaller torque constant at first, and the
+/// records hardly tell the two from each other. best: what the round has found, if anything; only
+/// what explains more is looked at then.
 std::optional<Exchange> exchanged(const std::vector<Refit>& refits, const Refit* best,
                                   const Looks& looks, const Completing& completing,
                                   const std::vector<FoundEffect>& effects, const Explained& now);

@@ -339,11 +339,99 @@ struct Search {
   int rounds = 0;
 };
 
+/// The diagnosis with what a round has chosen.
+struct Step {
+  Named chosen;  // the refit is the exchange's, if there is one
+  Diagnosis diagnosis;
+  Standing standing;
+  std::optional<Exchange> exchange = {};
+  std::string reason = {};  // why it is set aside all the same; empty where it stays
+};
+
+/// What a search is gone on with.
+struct Going {
+  const Completing& completing;
+  const Bases& first;
+  const Search& search;
+
+  std::string against(const Standing& with) const {
+    return against_simulation(
+        search.standing.error, with.error,
+        search.diagnosis.validated ? "the validation record" : "blocks left out of the fit",
+        completing.settings);
+  }
+};
+
+Step adding(const Refit& best, Contest& found, const Going& going) {
+  const Standing& standing = going.search.standing;
+  const Completing& completing = going.completing;
+  const KnownNoise noise{.hopeless =
+                             is_hopeless_as_well(standing.noise, standing.now, best.explained)};
+  Step step{best.trial.beside ? Named{&best, {}, {}, false}
+                              : named(best, found.refits, standing.now.fit.model, standing.held,
+                                      completing.records, completing.settings, noise),
+            going.search.diagnosis,
+            {}};
+  step.standing = with_effect(standing, step.chosen, completing, going.first, step.diagnosis);
+  step.reason = going.against(step.standing);
+  return step;
+}
+
+Step exchanging(Exchange exchange, const Going& going) {
+  Standing rest = going.search.standing;
+  Step step{{}, going.search.diagnosis, {}, std::move(exchange)};
+  rest.now.fit.model = step.exchange->without;
+  take_out(step.exchange->place,
+           fmt::format("{} foretells better in its stead", step.exchange->refit.trial.effect),
+           going.completing.base, step.diagnosis, rest.held);
+  step.chosen = {&step.exchange->refit, {}, {}, false};
+  step.standing = with_effect(rest, step.chosen, going.completing, going.first, step.diagnosis);
+  step.reason = going.against(step.standing);
+  return step;
+}
+
+/// What the simulation speaks against beside what was found before may be one of those, by another
+/// law: in the stead of the one where the simulation errs least.
+std::optional<Step> in_any_stead(const Refit& refit, const Looks& looks, const Going& going) {
+  std::optional<Step> best;
+  const std::vector<FoundEffect>& effects = going.search.diagnosis.effects;
+  for (const FoundEffect& other : effects) {
+    std::optional<Exchange> exchange = in_the_stead(refit, other.effect, looks, going.completing,
+                                                    effects, going.search.standing.now);
+    if (!exchange) continue;
+    Step step = exchanging(std::move(*exchange), going);
+    if (step.reason.empty() && (!best || step.standing.error < best->standing.error))
+      best = std::move(step);
+  }
+  return best;
+}
+
+/// Among those of its round.
+void keep_among(Contest& found, Step& step) {
+  if (!step.exchange) return;
+  found.refits.push_back(step.exchange->refit);
+  step.chosen.refit = &found.refits.back();
+}
+
+/// What has given way to another effect, as a rival of that: nothing of what is periodic, where the
+/// harmonic is no name.
+std::vector<Refit> former_of(const Exchange& exchange, const Search& search) {
+  const FoundEffect& found = search.diagnosis.effects[exchange.place];
+  const std::vector<Trial> trials = trials_of(found.effect, exchange.without, {});
+  if (trials.empty()) return {};
+  Refit former;
+  former.trial = trials.front();
+  former.explained = search.standing.now;
+  former.evidence.p_value = found.p_value;
+  return {former};
+}
+
 /// Adds effect after effect until a round finds none.
 void add_effects(Search& search, const Completing& completing, const Bases& first, int most_rounds,
                  const TraceProgress& say) {
   const TraceRecords& records = completing.records;
   const AcceptanceSettings& settings = completing.settings;
+  const Going going{completing, first, search};
   Standing& standing = search.standing;
   std::set<std::string> set_aside = search.dismissed;  // until another effect is found
   while (search.rounds < most_rounds) {
@@ -356,53 +444,44 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
                                      standing);
     const Refit* best = best_of(found, records, settings);
     const bool is_pair = best != nullptr && best->trial.beside;
-    Diagnosis completed = search.diagnosis;
-    std::optional<Standing> rest;  // without the effect whose place another takes
     std::optional<Exchange> exchange;
     if (!is_pair)
-      exchange = exchanged(found.refits, best, looks, completing, completed.effects, standing.now);
-    if (exchange) {
-      rest = standing;
-      rest->now.fit.model = exchange->without;
-      take_out(exchange->place,
-               fmt::format("{} foretells better in its stead", exchange->refit.trial.effect),
-               completing.base, completed, rest->held);
-      found.refits.push_back(exchange->refit);
-      best = &found.refits.back();
-    }
-    if (best == nullptr) return note(found, nullptr, round, search.diagnosis.candidates);
-    const KnownNoise noise{.hopeless =
-                               is_hopeless_as_well(standing.noise, standing.now, best->explained)};
-    const Named chosen = exchange || is_pair ? Named{best, {}, {}, false}
-                                             : named(*best, found.refits, standing.now.fit.model,
-                                                     standing.held, records, settings, noise);
-    const std::string& effect = chosen.refit->trial.effect;
-    Standing with = with_effect(rest ? *rest : standing, chosen, completing, first, completed);
-    const std::string reason = against_simulation(
-        standing.error, with.error,
-        search.diagnosis.validated ? "the validation record" : "blocks left out of the fit",
-        settings);
-    if (!reason.empty()) {
-      set_aside.insert(effect);
+      exchange =
+          exchanged(found.refits, best, looks, completing, search.diagnosis.effects, standing.now);
+    if (!exchange && best == nullptr)
+      return note(found, nullptr, round, search.diagnosis.candidates);
+    Step step = exchange ? exchanging(std::move(*exchange), going) : adding(*best, found, going);
+    keep_among(found, step);
+    if (!step.reason.empty()) {
       std::vector<Refit>& among = is_pair ? found.pairs : found.refits;
-      among[chosen.refit - among.data()].refusal = reason;
-      note(found, nullptr, round, search.diagnosis.candidates);
-      continue;
+      Refit& refused = among[step.chosen.refit - among.data()];
+      refused.refusal = step.reason;
+      std::optional<Step> other;
+      if (!is_pair && !step.exchange) other = in_any_stead(refused, looks, going);
+      if (!other) {
+        set_aside.insert(refused.trial.effect);
+        note(found, nullptr, round, search.diagnosis.candidates);
+        continue;
+      }
+      step = std::move(*other);
+      keep_among(found, step);
     }
+    const Refit& chosen = *step.chosen.refit;
     set_aside = search.dismissed;
-    note(found, chosen.refit, round, completed.candidates);
+    note(found, &chosen, round, step.diagnosis.candidates);
     const std::size_t effects = search.diagnosis.effects.size();
     search.errors.resize(std::max(search.errors.size(), effects + 1), kInfinite);
     search.errors[effects] = std::min(search.errors[effects], standing.error);
-    search.diagnosis = std::move(completed);
-    standing = std::move(with);
-    search.all_weighed = chosen.weighed && search.diagnosis.effects.size() == 1;
     if (is_pair) {
-      for (auto& [of, rivals] : rivals_beside(*chosen.refit, found.pairs))
+      for (auto& [of, rivals] : rivals_beside(chosen, found.pairs))
         search.to_weigh[of] = std::move(rivals);
     } else {
-      search.to_weigh[effect] = chosen.rivals;
+      search.to_weigh[chosen.trial.effect] =
+          step.exchange ? former_of(*step.exchange, search) : std::move(step.chosen.rivals);
     }
+    search.diagnosis = std::move(step.diagnosis);
+    standing = std::move(step.standing);
+    search.all_weighed = step.chosen.weighed && search.diagnosis.effects.size() == 1;
   }
 }
 

@@ -73,15 +73,26 @@ class Dynamics {
   /// What the effects do to the masses, into dx; and the rates of their states. Not inlined: it
   /// would push the arm's numbers out of the registers.
   [[gnu::noinline]] void add_effects(const Time<T>& t, const T& u, const T* x, T* dx) const {
-    const Motion<T> motion{since_first_sample(t), u, x, coefficients_};
+    T reaching = u;  // of the command, the next part of the drive
+    T given = u;     // by the parts so far
+    const Motion<T> motion{since_first_sample(t), reaching, x, coefficients_};
     Loads<T> loads(coefficients_, dx);
     for (const EffectSlot& slot : *effects_) {
       std::visit(
           [&]<class E>(const E&) {
             const T* own = x + slot.first_state;
             const T* p = parameters_ + slot.first_parameter;
-            if constexpr (ActsOnMasses<E>) E::contribute(motion, own, p).act(loads);
-            if constexpr (!E::states.empty()) E::rates(motion, own, p, dx + slot.first_state);
+            if constexpr (PartOfDrive<E>) {
+              if constexpr (E::answer == Answer::kLate) reaching = given;
+              const auto torque = E::contribute(motion, own, p);
+              torque.act(loads);
+              if constexpr (!E::states.empty()) E::rates(motion, own, p, dx + slot.first_state);
+              given = given + torque.torque;
+              if constexpr (E::answer == Answer::kLate) reaching = given;
+            } else {
+              if constexpr (ActsOnMasses<E>) E::contribute(motion, own, p).act(loads);
+              if constexpr (!E::states.empty()) E::rates(motion, own, p, dx + slot.first_state);
+            }
           },
           slot.effect);
     }

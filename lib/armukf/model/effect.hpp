@@ -33,7 +33,8 @@ inline Pack since_first_sample(Pack t) { return t < 0.0 ? Pack{} : t; }
 template <class T>
 struct Motion {
   Time<T> time;                // s, since the first sample; 0 before it
-  const T& input;              // N.m, torque that the motor is told to give
+  const T& input;              // N.m, torque that the motor is told to give; of a part of the
+                               // drive, what reaches it of that
   const T* x;                  // the arm's states, in the order of ArmState
   const Coefficients<T>& arm;  // its parameters
 
@@ -162,6 +163,12 @@ enum class Role { kSize, kShape };
 /// the load as what a spring or an inertia does.
 enum class Turning { kNever, kSpeed, kLoad };
 
+/// How a part of the drive, which stands between the command and the motor, answers: at once, or
+/// late, with states of its own. One part passes on what it gives to those behind it, in the order
+/// in which a model has them: what is late is so by the sum of all lags. Parts that answer at once
+/// one after the other stand side by side: each adds to what reaches the first of them.
+enum class Answer { kAtOnce, kLate };
+
 /// Where to look for a shape: `points` values from `from` to `to`, in equal ratios if both are
 /// above 0, else in equal steps. 0 points: the nominal value; `periodic`: a harmonic of the angle,
 /// which the spectrum of the residual over the angle tells as well, of an effect that turns round
@@ -210,7 +217,8 @@ struct EffectState {
 ///
 /// Optional data: `frees`, names of the arm's parameters that it takes for unknown; `tried_last`,
 /// of what is rare and comes near to more common effects: a search tries it where none of those
-/// helps, as it does learnt laws.
+/// helps, as it does learnt laws; `answer`, of a part of the drive, which is a torque on the motor
+/// beside what reaches it of the command.
 template <class E>
 concept Effect = requires {
   { E::name } -> std::convertible_to<std::string_view>;
@@ -237,6 +245,11 @@ concept FreesParameters = requires {
 template <class E>
 concept TriedLast = requires {
   requires E::tried_last;
+};
+
+template <class E>
+concept PartOfDrive = requires {
+  { E::answer } -> std::convertible_to<Answer>;
 };
 
 /// What a learnt law is a law of, for whoever reads its curve.

@@ -12,6 +12,7 @@ namespace armukf::effects {
 /// 0.
 struct DriveLag {
   static constexpr std::string_view name = "drive_lag";
+  static constexpr Answer answer = Answer::kLate;
   static constexpr std::array parameters{
       EffectParameter{"drive_lag_time", "s", 0.0, 0.0, 0.1, 1e-3}};
   static constexpr std::array states{EffectState{"drive_torque", "N.m", Beginning::kZero, 1.0}};

@@ -13,6 +13,7 @@ namespace armukf::effects {
 /// about 1/D rad/s and twice that. T0 is that of a lag by D/4 (lag_rate).
 struct InputDelay {
   static constexpr std::string_view name = "input_delay";
+  static constexpr Answer answer = Answer::kLate;
   static constexpr std::array parameters{EffectParameter{"input_delay", "s", 0.0, 0.0, 0.05, 1e-3}};
   static constexpr std::array states{
       EffectState{"input_delay_first", "N.m", Beginning::kZero, 1.0},

@@ -14,6 +14,7 @@ namespace armukf::effects {
 /// PM motors using NdFeB magnets", IEEE Transactions on Industry Applications 31, 1995.
 struct ThermalTorque {
   static constexpr std::string_view name = "thermal_torque";
+  static constexpr Answer answer = Answer::kAtOnce;
   static constexpr bool tried_last = true;
   static constexpr std::array parameters{
       EffectParameter{"thermal_torque", "-", 0.0, -0.9, 5.0, 0.05},

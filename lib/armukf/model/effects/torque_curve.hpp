@@ -14,6 +14,7 @@ namespace armukf::effects {
 /// asked of it. Equal slopes are torque_gain; 0 where nothing is commanded, which torque_bias is.
 struct TorqueCurve {
   static constexpr std::string_view name = "torque_curve";
+  static constexpr Answer answer = Answer::kAtOnce;
   static constexpr std::array parameters{
       EffectParameter{"torque_curve_odd_a", "N.m", 0.0, -20.0, 20.0, 0.3},
       EffectParameter{"torque_curve_odd_b", "N.m", 0.0, -20.0, 20.0, 0.3},

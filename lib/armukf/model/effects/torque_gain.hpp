@@ -10,6 +10,7 @@ namespace armukf::effects {
 /// torque at the motor = torque_gain u beside the commanded u.
 struct TorqueGain {
   static constexpr std::string_view name = "torque_gain";
+  static constexpr Answer answer = Answer::kAtOnce;
   static constexpr std::array parameters{EffectParameter{"torque_gain", "-", 0.0, -0.9, 5.0, 0.05}};
   static constexpr std::array<EffectState, 0> states{};
 

@@ -14,6 +14,7 @@ namespace armukf::effects {
 /// techniques for permanent magnet AC motor drives", IEEE Trans. Industrial Electronics 43, 1996.
 struct TorqueRippleCommanded : OverMotorAngle {
   static constexpr std::string_view name = "torque_ripple_commanded";
+  static constexpr Answer answer = Answer::kAtOnce;
   static constexpr bool tried_last = true;
   static constexpr std::array parameters{
       EffectParameter{"torque_ripple_commanded", "-", 0.0, -0.9, 0.9, 0.05},
