@@ -70,6 +70,36 @@ TEST(ExplainedAsWell, IsNothingWithoutWhatExplainsMuch) {
   }
 }
 
+/// A load that is picked up so late that the first part of the record, by which fits are begun,
+/// shows nothing of it: a part of the arm's inertia, and several times as much, which only a fit
+/// from the given arm and a near moment leads to.
+TEST(Contest, LooksForWhatHappensOverAllOfTheRecord) {
+  constexpr double kTime = 6.3;
+  for (const double load : {0.5, 2.6}) {
+    Model plant = published_estimate();
+    plant.add_effect("payload_change");
+    plant.parameter("payload").value = load;
+    plant.parameter("payload_time").value = kTime;
+    const TraceRecords records = trace_records(
+        {simulate_experiment(plant,
+                             {.samples = 16000, .sensor_noise = 0.1, .torque_disturbance = 0.05})
+             .record},
+        {}, {}, 0.05);
+    Explained now = explained(published_arm(), {}, records, kForesightDensity);
+    const std::vector<Trial> trials =
+        trials_of("payload_change", now.fit.model, {.moments = {2.0, 7.0}});
+    const AcceptanceSettings settings;
+    const Contest found =
+        load < 1.0
+            ? contest(now, {now.fit}, trials, looks_of(trials), records, settings)
+            : contest_from(published_arm(), now, trials, looks_of(trials), records, settings);
+    const Refit* best = best_found(found.refits);
+    ASSERT_NE(best, nullptr) << load;
+    EXPECT_NEAR(best->explained.fit.model.parameter("payload_time").value, kTime, 0.05) << load;
+    EXPECT_NEAR(best->explained.fit.model.parameter("payload").value, load, 0.05 * load);
+  }
+}
+
 /// A resonance of the gear box, which is begun far from all that can be told, and one of the arm
 /// that explains much of it: at the gear box the same explains more.
 TEST(Contest, LooksForAnEffectAtTheOtherMassesAsWell) {

@@ -365,6 +365,81 @@ TEST(ThermalTorque, GrowsFromTheFirstSampleOn) {
   EXPECT_NEAR(torque(4.0), 5.0 * (1.0 - 0.2 * (1.0 - std::exp(-1.0))), 1e-12);
 }
 
+/// Torque on the motor, of a model at rest with those states of its effects, and their rates.
+struct AtRest {
+  double torque;  // N.m
+  std::vector<double> rates;
+};
+
+AtRest at_rest(const Model& model, double u, const std::vector<double>& own) {
+  const std::vector<double> p = model.values();
+  std::vector<double> x(kArmStates, 0.0);
+  x.insert(x.end(), own.begin(), own.end());
+  std::vector<double> dx(x.size());
+  Dynamics<double>(model, p.data()).derivative(0.0, u, x.data(), dx.data());
+  return {dx[kSpeedMotor] / Coefficients<double>(p.data()).motor_mobility,
+          {dx.begin() + kArmStates, dx.end()}};
+}
+
+/// A lag answers what the part before it gives, whatever has been commanded: here all of what was
+/// has come through both, and what is now through none.
+TEST(PartsOfTheDrive, PassOnWhatTheyGiveInTheirOrder) {
+  constexpr double kTime = 0.02;  // s, beside which what comes through at once is 1e-4 of it
+  for (const bool lag_first : {true, false}) {
+    Model model = published_estimate();
+    model.add_effect(lag_first ? "drive_lag" : "torque_gain");
+    model.add_effect(lag_first ? "torque_gain" : "drive_lag");
+    model.add_effect("drive_lag_second_order");
+    model.parameter("torque_gain").value = 0.1;
+    model.parameter("drive_lag_time").value = kTime;
+    model.parameter("drive_response_time").value = kTime;
+    model.parameter("drive_response_damping").value = 0.6;
+    constexpr double kLagged = 2.0;
+    constexpr double kResponse = 3.0;
+    const AtRest now = at_rest(model, 5.0, {kLagged, kResponse, 0.0});
+    EXPECT_NEAR(now.torque, kResponse, 5e-3);  // the last of the chain is all that the motor gets
+    const double reaches_lag = lag_first ? 5.0 : 5.5;
+    const double reaches_response = lag_first ? 1.1 * kLagged : kLagged;
+    EXPECT_NEAR(now.rates[0], (reaches_lag - kLagged) / kTime, 0.1);
+    EXPECT_NEAR(now.rates[1], 0.0, 1e-9);
+    EXPECT_NEAR(now.rates[2], (reaches_response - kResponse) / kTime, 0.1);
+  }
+}
+
+TEST(PartsOfTheDrive, StandSideBySideWhereTheyAnswerAtOnce) {
+  Model model = published_estimate();
+  model.add_effect("torque_gain");
+  model.add_effect("thermal_torque");
+  model.add_effect("torque_ripple_commanded");
+  model.parameter("torque_gain").value = 0.1;
+  model.parameter("torque_ripple_commanded").value = 0.2;
+  EXPECT_NEAR(at_rest(model, 5.0, {0.0}).torque, 5.0 * (1.0 + 0.1 + 0.2), 1e-12);
+}
+
+TEST(DriveLagSecondOrder, OscillatesAboutTheCommand) {
+  Model model = published_estimate();
+  model.add_effect("drive_lag_second_order");
+  EXPECT_NEAR(at_rest(model, 5.0, {1.0, 2.0}).torque, 5.0, 1e-12);  // of no time, no lag
+  constexpr double kTime = 0.05;
+  constexpr double kDamping = 0.3;
+  model.parameter("drive_response_time").value = kTime;
+  model.parameter("drive_response_damping").value = kDamping;
+  std::vector<double> x{0.0, 0.0};
+  double most = 0.0;
+  constexpr double kStep = 1e-5;
+  for (int k = 0; k < 100000; ++k) {
+    const std::vector<double> rates = at_rest(model, 1.0, x).rates;
+    x[1] += kStep * rates[1];
+    x[0] += kStep * rates[0];
+    most = std::max(most, x[0]);
+  }
+  EXPECT_NEAR(x[0], 1.0, 1e-3);
+  const double overshoot =
+      std::exp(-std::numbers::pi * kDamping / std::sqrt(1.0 - kDamping * kDamping));
+  EXPECT_NEAR(most, 1.0 + overshoot, 0.01);
+  EXPECT_EQ(family_of("drive_lag_second_order"), "drive_lag");
+}
+
 TEST(TorqueRippleCommanded, GoesWithTheAngleAndTheCommand) {
   Model model = published_estimate();
   model.add_effect("torque_ripple_commanded");
