@@ -427,7 +427,7 @@ TEST(DriveLagSecondOrder, OscillatesAboutTheCommand) {
   std::vector<double> x{0.0, 0.0};
   double most = 0.0;
   constexpr double kStep = 1e-5;
-  for (int k = 0; k < 100000; ++k) {
+  for (int k = 0; k < 200000; ++k) {
     const std::vector<double> rates = at_rest(model, 1.0, x).rates;
     x[1] += kStep * rates[1];
     x[0] += kStep * rates[0];

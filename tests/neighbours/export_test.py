@@ -19,7 +19,7 @@ PROGRAM = Path(sys.argv.pop(1)).resolve()
 ALLOWED = 1e-6  # rad/s
 STRICT = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-O2"]
 # Where the usual value shows little within half a second.
-TELLING = {"payload_time": 0.2, "thermal_friction_time": 0.3}
+TELLING = {"payload_time": 0.2, "thermal_friction_time": 0.3, "drive_response_time": 0.002}
 GROUPS = 6  # of effects, so that no model has more states than armukf allows
 
 DRIVER = """

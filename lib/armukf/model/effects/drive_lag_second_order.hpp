@@ -12,8 +12,8 @@ namespace armukf::effects {
 ///
 ///     z'' = (u - z) / T^2 - 2 zeta z' / T,
 ///
-/// late by 2 zeta T while slow. Where T is short beside the T0 of lag_rate, omega = 1/(T + T0)
-/// stands for 1/T, and what is given is omega T z + (1 - omega T) u, which is u where T is 0.
+/// late by 2 zeta T while slow. omega = 1/(T + T0) of lag_rate stands for 1/T, with k = 0.4 ms, and
+/// what is given is omega T z + (1 - omega T) u, which is u where T is 0.
 /// Source: G. F. Franklin, J. D. Powell, A. Emami-Naeini, "Feedback Control of Dynamic Systems",
 /// section 3.3.
 struct DriveLagSecondOrder {
@@ -29,14 +29,21 @@ struct DriveLagSecondOrder {
 
   template <class T>
   static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
-    return {p[0] * lag_rate(p[0]) * (x[0] - motion.input)};
+    return {p[0] * omega(p) * (x[0] - motion.input)};
   }
 
   template <class T>
   static void rates(const Motion<T>& motion, const T* x, const T* p, T* dx) {
-    const T omega = lag_rate(p[0]);
-    dx[0] = omega * x[1];
-    dx[1] = omega * (motion.input - x[0] - 2.0 * (p[1] * x[1]));
+    const T rate = omega(p);
+    dx[0] = rate * x[1];
+    dx[1] = rate * (motion.input - x[0] - 2.0 * (p[1] * x[1]));
+  }
+
+ private:
+  /// 1/s; a damping of 1 doubles what the fixed step has to follow.
+  template <class T>
+  static T omega(const T* p) {
+    return lag_rate(p[0], 4e-4);
   }
 };
 
