@@ -265,16 +265,6 @@ struct Beginning {
   }
 };
 
-/// Whether it is of something that happens within the records: only all of them show both sides.
-bool happens(const Trial& trial) {
-  const EffectSlot& slot = trial.model.effects.back();
-  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (parameters[i].moment && !trial.model.parameters[slot.first_parameter + i].known)
-      return true;
-  return false;
-}
-
 /// Where fits of what happens begin on top of a base, most promising moments of each effect first.
 std::vector<Start> starts_of_happenings(const std::vector<ForesightFit>& bases, std::size_t base,
                                         const std::vector<Trial>& trials, const Beginning& whole) {

@@ -9,6 +9,8 @@
 #include <cstddef>
 #include <functional>
 #include <map>
+#include <set>
+#include <string>
 #include <tuple>
 #include <utility>
 
@@ -252,6 +254,7 @@ std::vector<NoiseCheck::Promise> NoiseCheck::promising(const std::vector<Trial>&
                                                        const Looks& looks) const {
   constexpr double kWorthAFit = 0.1;  // p: a fit also finds the shape between the grid's points
   constexpr std::size_t kMost = 5;
+  constexpr std::size_t kMoments = 4;  // of what happens
   const AheadScore score(base_->model, base_->x0, pieces_, records_.propagation, base_->gains);
   std::vector<Suggestion> suggestions = score(trials);
   std::vector<Promise> promises;
@@ -266,8 +269,14 @@ std::vector<NoiseCheck::Promise> NoiseCheck::promising(const std::vector<Trial>&
   std::erase_if(promises, [](const Promise& p) { return !(p.p_value <= kWorthAFit); });
   std::ranges::stable_sort(promises, std::greater{},
                            [](const Promise& p) { return p.suggestion.gain; });
-  keep_first_of_each(promises, 1, [](const Promise& p) { return p.trial->effect; });
-  promises.resize(std::min(promises.size(), kMost));
+  keep_first_of_each(promises, kMoments, [](const Promise& p) { return p.trial->effect; });
+  std::set<std::string> effects;
+  std::erase_if(promises, [&](const Promise& p) {
+    const bool is_new = !effects.contains(p.trial->effect);
+    if (is_new && effects.size() == kMost) return true;
+    effects.insert(p.trial->effect);
+    return !is_new && !happens(*p.trial);
+  });
   return promises;
 }
 

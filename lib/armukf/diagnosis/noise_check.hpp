@@ -148,8 +148,8 @@ class NoiseCheck {
   FoundMinimum likeliest_near_base(const Model& start,
                                    const std::function<bool(const FoundMinimum&)>& ends = {}) const;
 
-  /// Of each effect the most promising trial, if a fit of it may be beyond chance; the most
-  /// promising first, and no more than are worth the time.
+  /// Of each effect the most promising trial, of what happens several moments, if a fit of it may
+  /// be beyond chance; the most promising first, and no more than are worth the time.
   std::vector<Promise> promising(const std::vector<Trial>& trials, const Looks& looks) const;
 
   /// One per promise, also from where the likeliest of all has led the arm: no name loses for

@@ -167,8 +167,9 @@ struct LookedAt {
 /// which tell what shows late; among what is tried last; and at the end by the likelihood alone.
 /// Goes on only while nothing counts as found, or what does shows late. Where the slow filter has
 /// told the effect before, it is asked first, and the fast one once more before nothing is found.
-/// If nothing is, and noise cannot be all that is left, all more common effects are tried once more
-/// from the given values of the arm; at once where a spring has gone slack.
+/// If nothing is, and noise cannot be all that is left, or of a model without any effect is not,
+/// all more common effects are tried once more from the given values of the arm; at once where a
+/// spring has gone slack.
 LookedAt looked_for(const Round& round, Standing& standing) {
   const Suggested& suggested = round.suggested;
   const TraceRecords& records = round.records;
@@ -236,7 +237,13 @@ LookedAt looked_for(const Round& round, Standing& standing) {
   std::ranges::copy(last, std::back_inserter(told));
   std::erase_if(told, [](const Trial& trial) { return !likelihood_tells(trial); });
   add({noise->likelier(told, looks, settings), {}, {}}, found);
-  if (best() != nullptr || given_tried || noise->noise_can_be_all(settings)) return all;
+  if (best() != nullptr || given_tried) return all;
+  // Of a torque that noise is to explain the innovations alone do not tell that it goes with the
+  // motion.
+  const bool has_found = now.fit.model.effects.size() > round.given.effects.size();
+  if (noise->noise_can_be_all(settings) &&
+      (has_found || left_of(standing.simulated, records.estimation, records.propagation).empty()))
+    return all;
   from_given();
   best();
   return all;

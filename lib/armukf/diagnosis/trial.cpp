@@ -151,6 +151,15 @@ Trial swapped(Trial trial) {
   return trial;
 }
 
+bool happens(const Trial& trial) {
+  const EffectSlot& slot = trial.model.effects.back();
+  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (parameters[i].moment && !trial.model.parameters[slot.first_parameter + i].known)
+      return true;
+  return false;
+}
+
 std::vector<int> add_effect_of(const Trial& trial, const std::vector<int>& sizes, Model& model) {
   const EffectSlot& own = trial.model.effects.back();
   const auto first_state = static_cast<int>(model.states.size());

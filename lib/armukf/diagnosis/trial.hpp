@@ -35,6 +35,10 @@ struct Trial {
 /// The same with its two effects the other way round.
 Trial swapped(Trial trial);
 
+/// Whether it is of something that happens within the records: only all of them show both sides,
+/// and a search from one moment does not lead to every other.
+bool happens(const Trial& trial);
+
 /// Puts a trial's effect, as its grid has it, on top of another model of the same arm; the
 /// positions there of those of its sizes.
 std::vector<int> add_effect_of(const Trial& trial, const std::vector<int>& sizes, Model& model);
