@@ -22,7 +22,6 @@ namespace {
 
 constexpr int kLong = 60;            // iterations to the end of a fit
 constexpr std::size_t kStarts = 4;   // of an effect
-constexpr std::size_t kMoments = 4;  // of what happens, of the most promising
 constexpr int kFirst = 2;            // iterations from each
 constexpr int kSecond = 4;           // more, from the best
 constexpr std::size_t kBegun = 16;   // effects that are gone on with at all

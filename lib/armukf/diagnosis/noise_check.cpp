@@ -254,7 +254,6 @@ std::vector<NoiseCheck::Promise> NoiseCheck::promising(const std::vector<Trial>&
                                                        const Looks& looks) const {
   constexpr double kWorthAFit = 0.1;  // p: a fit also finds the shape between the grid's points
   constexpr std::size_t kMost = 5;
-  constexpr std::size_t kMoments = 4;  // of what happens
   const AheadScore score(base_->model, base_->x0, pieces_, records_.propagation, base_->gains);
   std::vector<Suggestion> suggestions = score(trials);
   std::vector<Promise> promises;

@@ -39,6 +39,9 @@ Trial swapped(Trial trial);
 /// and a search from one moment does not lead to every other.
 bool happens(const Trial& trial);
 
+/// Of these so many begin, the most promising, where of other effects one does.
+inline constexpr std::size_t kMoments = 4;
+
 /// Puts a trial's effect, as its grid has it, on top of another model of the same arm; the
 /// positions there of those of its sizes.
 std::vector<int> add_effect_of(const Trial& trial, const std::vector<int>& sizes, Model& model);
