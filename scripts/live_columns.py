@@ -25,8 +25,8 @@ PARAMETERS = {
     "N·m/rad³": "k_g3 arm_stiffness_cubic",
     "kg·m²": "J",
     "s/rad": "alpha beta",
-    "s": "drive_lag_time drive_response_time input_delay payload_time sensor_lag_time thermal_friction_time friction_change_time "
-         "thermal_torque_time thermal_damping_time thermal_heated_time",
+    "s": "drive_lag_time drive_response_time input_delay payload_time sensor_lag_time thermal_friction_time "
+         "friction_change_time thermal_torque_time thermal_damping_time thermal_heated_time",
     "rad": "backlash arm_backlash gear_hysteresis_distance presliding_distance gear_spring_curve_range "
            "arm_spring_curve_range",
     "rad/s": "friction_curve_range",
@@ -36,8 +36,8 @@ PARAMETERS = {
           "external_torque_arm_frequency sensor_coupling_frequency",
     "–": "a_m a_g load_dependent_friction payload presliding_share speed_ripple thermal_friction torque_gain "
          "mode_motor_share mode_gear_share mode_arm_share mode_motor_damping mode_gear_damping mode_arm_damping "
-         "drive_response_damping sensor_coupling_share sensor_coupling_damping gravity_ratio thermal_torque thermal_damping gear_stiffness_ripple "
-         "pose_inertia torque_ripple_commanded thermal_friction_heated thermal_heated_viscous"}
+         "drive_response_damping sensor_coupling_share sensor_coupling_damping gravity_ratio thermal_torque "
+         "thermal_damping gear_stiffness_ripple pose_inertia torque_ripple_commanded thermal_friction_heated thermal_heated_viscous"}
 LEARNT_LAW = re.compile(r"(friction|gear_spring|arm_spring|torque|angle)_curve_(odd|even|cos|sin)_[a-d]")  # N·m
 UNITS = {name: unit for kind in (STATES, PARAMETERS) for unit, names in kind.items() for name in names.split()}
 STATE_NAMES = {name for names in STATES.values() for name in names.split()}

@@ -39,7 +39,7 @@ Trial swapped(Trial trial);
 /// and a search from one moment does not lead to every other.
 bool happens(const Trial& trial);
 
-/// Of these so many begin, the most promising, where of other effects one does.
+/// Of such trials of one effect so many are begun, at the most promising moments.
 inline constexpr std::size_t kMoments = 4;
 
 /// Puts a trial's effect, as its grid has it, on top of another model of the same arm; the
