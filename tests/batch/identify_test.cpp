@@ -61,6 +61,24 @@ TEST(Identify, FindsAnAngleWhereverItBegins) {
   EXPECT_GT(identify(model, {record}, settings).fit_percent, 98.0);
 }
 
+/// Friction set free beside effects leads one search astray.
+TEST(Identify, EndsNoHigherWithMoreUnknowns) {
+  Model truth = published_estimate();
+  truth.add_effect("gear_hysteresis");
+  truth.parameter("gear_hysteresis").value = 1.0;
+  truth.add_effect("torque_bias");
+  truth.parameter("torque_bias").value = 0.2;
+  const Record record =
+      simulate_experiment(truth, {.seed = 6, .samples = 8000, .sensor_noise = 0.2}).record;
+  IdentifySettings settings = free_states();
+  settings.jackknife = false;
+  Model fewer = published_arm();
+  fewer.add_effect("torque_bias");
+  Model more = fewer;
+  more.add_effect("friction_parameters");
+  EXPECT_LE(identify(more, {record}, settings).mse, identify(fewer, {record}, settings).mse);
+}
+
 TEST(Identify, LeavesOutMissingMeasurements) {
   Record record = experiment(4000, 0.05);
   for (std::size_t k = 0; k < record.samples.size(); k += 3) record.samples[k].y = std::nan("");

@@ -21,7 +21,7 @@ namespace {
 std::vector<std::string> portrait_of(const Record& record) {
   const std::vector<Record> pieces{record};
   const FittedModel fit = placed(published_estimate(), pieces, {});
-  return portrait(fit, pieces, one_step(fit, pieces, {}).errors, {});
+  return portrait(fit, pieces, {});
 }
 
 Record plain_record() {
@@ -112,7 +112,7 @@ Record record_of_changing(const std::string& parameter, const Changing& value) {
 std::vector<std::string> portrait_of_fit(const Record& record) {
   const std::vector<Record> pieces{record};
   const FittedModel fit = fitted(published_estimate(), {}, pieces, {}, 20);
-  return portrait(fit, pieces, one_step(fit, pieces, {}).errors, {});
+  return portrait(fit, pieces, {});
 }
 
 bool any_has(const std::vector<std::string>& lines, const std::string& text) {

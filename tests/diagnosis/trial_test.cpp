@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "armukf/batch/experiment.hpp"
@@ -40,6 +41,18 @@ TEST(Trials, AreOfWhatTheModelHasRoomFor) {
   model.remove_effect("drive_lag");  // room for one, but not for a phase at two angles
   for (const Trial& trial : trials_for(model, {{1.0, 6.0}, {}, {}, {5.5}}))
     EXPECT_EQ(trial.cyclic_state, -1) << trial.effect;
+}
+
+/// A payload that is picked up may be put down again; play in the gear is there once.
+TEST(Trials, AreOfWhatMayHappenOnceMore) {
+  Model model = published_estimate();
+  model.add_effect("payload_change");
+  model.add_effect("backlash");
+  std::set<std::string> tried;
+  for (const Trial& trial : trials_for(model, {})) tried.insert(trial.effect);
+  EXPECT_TRUE(tried.contains("payload_change:2"));
+  EXPECT_FALSE(tried.contains("payload_change"));
+  EXPECT_FALSE(tried.contains("backlash:2"));
 }
 
 TEST(Trials, CountAllThatWasLookedAt) {

@@ -514,6 +514,127 @@ TEST(FrictionChange, IsOneUntilThenAndAnotherFromThenOn) {
   EXPECT_NEAR(torque_on(kMotor, model, 3.1, -50.0), 0.2, 1e-6);
 }
 
+/// Accelerations and rates of a model with those values of its states.
+std::vector<double> rates_of(const Model& model, double t, double u, std::vector<double> x) {
+  const std::vector<double> p = model.values();
+  x.resize(model.states.size());
+  std::vector<double> dx(x.size());
+  Dynamics<double>(model, p.data()).derivative(t, u, x.data(), dx.data());
+  return dx;
+}
+
+TEST(StiffnessChange, IsAnotherSpringFromThenOn) {
+  for (const std::string spring : {"gear", "arm"}) {
+    Model model = published_estimate();
+    model.add_effect(spring + "_stiffness_change");
+    model.parameter(spring + "_stiffness_change").value = -0.2;
+    model.parameter(spring + "_stiffness_change_time").value = 3.0;
+    Model softer = published_estimate();
+    for (const std::string k : spring == "gear" ? std::vector<std::string>{"k_g1", "k_g3"}
+                                                : std::vector<std::string>{"k_a"})
+      softer.parameter(k).value *= 0.8;
+    const std::vector<double> x{0.3, -0.2, 1.0, 2.0, 3.0};
+    const std::vector<double> before = rates_of(published_estimate(), 0.0, 1.0, x);
+    const std::vector<double> after = rates_of(softer, 0.0, 1.0, x);
+    for (int i = 0; i < kArmStates; ++i) {
+      EXPECT_NEAR(rates_of(model, 2.9, 1.0, x)[i], before[i], 1e-5) << spring;
+      EXPECT_NEAR(rates_of(model, 3.1, 1.0, x)[i], after[i], 1e-5) << spring;
+    }
+  }
+}
+
+TEST(GearSlip, LetsGoOfWhatIsBeyondItsLimit) {
+  Model model = published_estimate();
+  model.add_effect("gear_slip");
+  model.parameter("gear_slip").value = 2.0;
+  model.parameter("gear_slip_torque").value = 4.0;
+  const Coefficients<double> arm(model.values().data());
+  const auto on_motor = [&](double twist, double slipped) {
+    return rates_of(model, 0.0, 0.0, {twist, 0, 0, 0, 0, slipped})[kSpeedMotor] /
+           arm.motor_mobility;
+  };
+  EXPECT_NEAR(on_motor(0.3, 0.0), -gear_spring(arm, 0.3), 1e-9);
+  for (const double twist : {0.15, 0.3, -0.3}) {  // 3.1 N.m, and 6.7
+    double slipped = 0.0;
+    constexpr double kStep = 1e-4;
+    for (int k = 0; k < 20000; ++k)
+      slipped += kStep * rates_of(model, 0.0, 0.0, {twist, 0, 0, 0, 0, slipped}).back();
+    const double held = std::min(std::abs(gear_spring(arm, twist)), 4.0);
+    EXPECT_NEAR(on_motor(twist, slipped), -std::copysign(held, twist), 0.03) << twist;
+  }
+}
+
+TEST(GearRelaxation, IsASpringThatLetsGo) {
+  Model model = published_estimate();
+  model.add_effect("gear_relaxation");
+  model.parameter("gear_relaxation").value = 8.0;
+  model.parameter("gear_relaxation_time").value = 0.2;
+  const std::vector<double> rates = rates_of(model, 0.0, 0.0, {0, 0, 3.0, 1.0, 0, 0.05});
+  EXPECT_NEAR(rates.back(), 2.0 - 0.05 / 0.2, 1e-12);
+  const std::vector<double> bare = rates_of(published_estimate(), 0.0, 0.0, {0, 0, 3.0, 1.0, 0});
+  const Coefficients<double> arm(model.values().data());
+  EXPECT_NEAR((rates[kSpeedMotor] - bare[kSpeedMotor]) / arm.motor_mobility, -0.4, 1e-9);
+  EXPECT_NEAR((rates[kSpeedGear] - bare[kSpeedGear]) / arm.gear_mobility, 0.4, 1e-9);
+}
+
+TEST(TorqueLimit, FallsWithTheSpeed) {
+  Model model = published_estimate();
+  model.add_effect("torque_limit");
+  model.parameter("torque_limit_share").value = 1.0;
+  model.parameter("torque_limit").value = 5.0;
+  model.parameter("torque_limit_fall").value = 0.1;
+  const Coefficients<double> arm(model.values().data());
+  const auto given = [&](double u, double speed) {
+    const std::vector<double> x{0, 0, speed, 0, 0};
+    return (rates_of(model, 0.0, u, x)[kSpeedMotor] -
+            rates_of(published_estimate(), 0.0, 0.0, x)[kSpeedMotor]) /
+           arm.motor_mobility;
+  };
+  EXPECT_NEAR(given(12.0, 20.0), 3.0, 0.02);
+  EXPECT_NEAR(given(-12.0, 20.0), -3.0, 0.02);
+  EXPECT_NEAR(given(2.0, 20.0), 2.0, 0.02);
+  EXPECT_NEAR(given(12.0, 90.0), 0.0, 0.03);  // no voltage left
+}
+
+TEST(DriveNotch, TakesOutWhatPassesItsBand) {
+  Model model = published_estimate();
+  model.add_effect("drive_notch");
+  model.parameter("drive_notch").value = 0.7;
+  model.parameter("drive_notch_frequency").value = 20.0;
+  model.parameter("drive_notch_damping").value = 0.3;
+  const auto amplitude = [&](double frequency) {
+    std::vector<double> own{0.0, 0.0};
+    double most = 0.0;
+    constexpr double kStep = 1e-5;
+    constexpr int kSteps = 100000;
+    for (int k = 0; k < kSteps; ++k) {
+      const double u = std::sin(2.0 * std::numbers::pi * frequency * k * kStep);
+      const AtRest now = at_rest(model, u, own);
+      if (k > kSteps / 2) most = std::max(most, now.torque);
+      for (int i = 0; i < 2; ++i) own[i] += kStep * now.rates[i];
+    }
+    return most;
+  };
+  EXPECT_NEAR(amplitude(20.0), 0.3, 0.01);
+  EXPECT_NEAR(amplitude(2.0), 1.0, 0.01);
+  EXPECT_NEAR(amplitude(200.0), 1.0, 0.01);
+}
+
+TEST(SensorGain, DiffersByDirectionAndSpeed) {
+  Model model = published_estimate();
+  model.add_effect("sensor_gain");
+  model.parameter("sensor_gain").value = 0.02;
+  model.parameter("sensor_gain_asymmetry").value = 0.01;
+  model.parameter("sensor_gain_bend").value = 1e-4;
+  const std::vector<double> p = model.values();
+  const auto shown = [&](double speed) {
+    const std::vector<double> x{0, 0, speed, 0, 0};
+    return Dynamics<double>(model, p.data()).measured(0.0, 0.0, x.data());
+  };
+  EXPECT_NEAR(shown(50.0), 50.0 * 1.035, 1e-9);
+  EXPECT_NEAR(shown(-50.0), -50.0 * 1.015, 1e-9);
+}
+
 TEST(ExternalTorque, ShakesTheMassThatItIsNamedAfter) {
   for (const auto& [effect, there, elsewhere] : {std::tuple{"external_torque", kMotor, kArm},
                                                  std::tuple{"external_torque_arm", kArm, kMotor}}) {

@@ -51,6 +51,43 @@ Model drawn(const Model& model, std::mt19937_64& generator) {
   return start;
 }
 
+using SearchFrom = FoundMinimum (*)(const Model&, const StatesOfPieces&, const SearchTask&);
+
+/// Of what is unknown only the usual unknowns of an arm, and maybe what effects bring; the rest is
+/// taken for known as it is.
+Model with_fewer_unknowns(Model model, bool with_effects) {
+  const Model usual = published_arm();
+  for (const int i : model.unknowns()) {
+    const bool of_the_arm = i < kArmParameters;
+    model.parameters[i].known = of_the_arm ? usual.parameters[i].known : !with_effects;
+  }
+  return model;
+}
+
+/// First of the arm's usual unknowns alone, from where that ends of what effects bring as well, and
+/// then of friction and all else. All at once may lead to a minimum above that with fewer of them.
+/// Nothing where the model has no others, or only those.
+std::optional<FoundMinimum> searched_step_by_step(SearchFrom search, const Model& model,
+                                                  const StatesOfPieces& x0,
+                                                  const SearchTask& task) {
+  const Model arm = with_fewer_unknowns(model, false);
+  const Model with_effects = with_fewer_unknowns(model, true);
+  std::optional<FoundMinimum> found;
+  for (const Model* step : {&arm, &with_effects, &model}) {
+    const std::vector<int> unknowns = step->unknowns();
+    if (unknowns.empty() || (found && unknowns == found->model.unknowns())) continue;
+    if (!found && unknowns.size() == model.unknowns().size()) return {};
+    Model start = *step;
+    if (found) {
+      for (const int i : found->model.unknowns())
+        start.parameters[i].value = found->model.parameters[i].value;
+    }
+    found = search(start, found ? found->x0 : x0, task);
+    if (!std::isfinite(found->loss)) return {};
+  }
+  return found;
+}
+
 /// Searches from several starts; the best minimum first.
 std::vector<FoundMinimum> search_all(const Model& model, const SearchTask& task,
                                      const IdentifySettings& settings) {
@@ -58,14 +95,22 @@ std::vector<FoundMinimum> search_all(const Model& model, const SearchTask& task,
   std::vector<Model> starts{model};
   while (static_cast<int>(starts.size()) < settings.starts)
     starts.push_back(drawn(model, generator));
+  const auto count = static_cast<int>(starts.size());
   std::vector<FoundMinimum> found(starts.size());
+  std::optional<FoundMinimum> by_steps;
   const StatesOfPieces x0 = settings.first_states.empty()
                                 ? phased_states(model, task.records, task.propagation)
                                 : settings.first_states;
-  const auto search = settings.criterion == Criterion::kPrediction ? searched_for_predictions
-                                                                   : searched_for_simulation;
-  for_each_job(static_cast<int>(starts.size()),
-               [&](int k) { found[k] = search(starts[k], x0, task); });
+  const SearchFrom search = settings.criterion == Criterion::kPrediction ? searched_for_predictions
+                                                                         : searched_for_simulation;
+  for_each_job(count + 1, [&](int k) {
+    if (k < count) {
+      found[k] = search(starts[k], x0, task);
+    } else {
+      by_steps = searched_step_by_step(search, model, x0, task);
+    }
+  });
+  if (by_steps && by_steps->loss < found.front().loss) found.front() = std::move(*by_steps);
   std::ranges::stable_sort(found, {}, &FoundMinimum::loss);
   return found;
 }

@@ -104,8 +104,10 @@ struct Identification {
 /// Minimises the squared error of the motor speed over the model's unknown parameters and the free
 /// initial states of every record: of the simulation, which is what `nlgreyest` calls an
 /// output-error fit, or of the prediction one sample ahead, by a filter with the noise that makes
-/// the records likeliest (searches.hpp). Each piece of a record between its gaps is an experiment
-/// of its own. Throws InputError where the records are too short for that many unknowns.
+/// the records likeliest (searches.hpp). Where more is unknown than usual (effects, friction) the
+/// first start is also searched from step by step, so that no minimum lies above that with fewer
+/// unknowns. Each piece of a record between its gaps is an experiment of its own. Throws InputError
+/// where the records are too short for that many unknowns.
 Identification identify(const Model& model, const std::vector<Record>& records,
                         const IdentifySettings& settings);
 

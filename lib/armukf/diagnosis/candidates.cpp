@@ -448,10 +448,12 @@ std::string shape_at_bound(const Model& model, const std::string& effect) {
   return "";
 }
 
-/// How far an effect's sizes are from none, and the chance of that, given all that was looked at.
+/// How far an effect's sizes are from none, and the chance of that: given all that was looked at,
+/// and were it the only one.
 struct Chance {
   double statistic;
   double p_value;
+  double alone;
 };
 
 /// Of two effects that of the one that is the less sure.
@@ -463,7 +465,8 @@ Chance chance_of(const Trial& trial, const Explained& now, const ForesightFit& f
         distance_from_none(swapped(trial), now.fit.model, fit.model, fit.scatter);
     if (of_other.p_value() > from_none.p_value()) from_none = of_other;
   }
-  return {from_none.squared, corrected(from_none.p_value(), trial, looks)};
+  const double alone = from_none.p_value();
+  return {from_none.squared, corrected(alone, trial, looks), alone};
 }
 
 /// What was found before, and how much less of it is told now that the newest effect is there.
@@ -518,6 +521,9 @@ void judge(const Explained& now, const TraceRecords& records, const Looks& looks
   refit.parameters = fitted_values(fit.model, 1) - fitted_values(now.fit.model, 1);
   refit.refusal = refusal(evidence, acceptance);
   refit.shows_at = shows_at(evidence, acceptance);
+  Evidence alone = evidence;
+  alone.p_value = chance.alone;
+  refit.counts_alone = !refit.refusal.empty() && refusal(alone, acceptance).empty();
 }
 
 /// An effect fitted from there nearly to the end. records: those of the end, thinned.
@@ -542,7 +548,7 @@ Refit to_the_end(const Trial& trial, const ForesightFit& near, const TraceRecord
 Refit ended(const Trial& trial, const ForesightFit& near, const Explained& now, const Looks& looks,
             const TraceRecords& records, const AcceptanceSettings& acceptance) {
   return to_the_end(trial, near, records, [&](const ForesightFit& fit) {
-    return chance_of(trial, now, fit, looks).p_value <= acceptance.most_p;
+    return chance_of(trial, now, fit, looks).alone <= acceptance.most_p;
   });
 }
 

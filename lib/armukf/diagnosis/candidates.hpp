@@ -64,6 +64,7 @@ struct Refit {
   int parameters = 1;         // that it adds to what a fit to one piece finds
   std::string refusal;        // empty: it counts as found
   bool beyond_noise = false;  // found to be
+  bool counts_alone = false;  // refused only since so much else was looked at as well
   Horizon shows_at = kLast;
 
   /// With a price for each parameter beyond the first.

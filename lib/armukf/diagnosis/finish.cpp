@@ -327,6 +327,7 @@ Finished finished(const Completing& completing, const Simulated& without_any,
   while (!diagnosis.effects.empty()) {
     Simulated simulated{refined(now, held, records), {}};
     simulated.validation = judged(simulated.estimation, records);
+    simulated.estimation = with_deviations_by_blocks(simulated, records);
     if (auto none =
             none_of_these(completing, diagnosis, now, held, noise, without_any, simulated)) {
       none_of.push_back(diagnosis.effects[none->place].effect);

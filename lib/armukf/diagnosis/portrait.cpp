@@ -238,8 +238,8 @@ std::string bands(const FittedModel& fit, const std::vector<double>& t) {
 }  // namespace
 
 std::vector<std::string> portrait(const FittedModel& fit, const std::vector<Record>& pieces,
-                                  const std::vector<double>& innovations,
                                   const Propagation& propagation) {
+  const std::vector<double> innovations = one_step(fit, pieces, propagation).errors;
   const ScoreTest test(fit.model, fit.x0, pieces, propagation);
   const std::vector<Instant> motion = instants(pieces, test.states());
   std::vector<Probe> tried = probes();

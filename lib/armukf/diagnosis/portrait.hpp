@@ -12,10 +12,9 @@ namespace armukf {
 /// over time and over the motor's angle, and torques at the motor that would explain it, by speed,
 /// direction, load, the gear's twist, reversals and time, and faults of the sensor. Each is tested,
 /// with the variance of coloured residuals; only what is there beyond chance and matters is said.
-/// Empty: the residual looks like noise. `innovations` (rad/s, one sample ahead) stay locked to the
-/// record where a simulation drifts.
+/// Empty: the residual looks like noise. Beside the simulation's the innovations one sample ahead
+/// are looked at, which stay locked to the record where a simulation drifts.
 std::vector<std::string> portrait(const FittedModel& fit, const std::vector<Record>& pieces,
-                                  const std::vector<double>& innovations,
                                   const Propagation& propagation);
 
 }  // namespace armukf

@@ -1,102 +1,287 @@
 #include "armukf/diagnosis/search.hpp"
 
-#include <algorithm>
-#include <array>
-#include <vector>
+#include <fmt/format.h>
 
-#include "armukf/batch/pieces.hpp"
+#include <algorithm>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "armukf/core/constants.hpp"
 #include "armukf/core/parallel.hpp"
-#include "armukf/diagnosis/scatter.hpp"
-#include "armukf/diagnosis/spectrum.hpp"
-#include "armukf/model/effect.hpp"
+#include "armukf/diagnosis/acceptance.hpp"
+#include "armukf/diagnosis/suggestions.hpp"
 
 namespace armukf {
 namespace {
 
-constexpr double kHighestMode = 120.0;  // Hz
-constexpr double kLinePower = 6.0;
+constexpr double kFarBetter = 0.2;  // of the level: so much less is left that noise may be all
+constexpr double kMuch = 0.3;       // of the error: lacking that, a fit has bent the arm's values
 
-void add_frequencies(const SpectralLines& found, std::vector<double>& frequencies) {
-  for (const SpectralLine& line : found.strongest) frequencies.push_back(line.frequency);
+/// Where predictions again and again speak for what the completed model has none of, they follow
+/// errors of a model that is not to be had.
+constexpr int kMostLooks = 3;
+
+/// Share by which the error of predictions falls at the horizon where it falls most.
+double most_help(const Witness& witness) {
+  return std::max({witness.help(kMiddle), witness.help(kFar), witness.help(kLast)});
 }
 
-/// Sign of each sample's speed; 0 where it is missing or the motor all but stands.
-std::vector<double> directions_of(const std::vector<Record>& pieces) {
-  std::vector<double> directions;
-  for (const Record& piece : pieces)
-    for (const Sample& sample : piece.samples)
-      directions.push_back(sample.y > kStandstill ? 1.0 : sample.y < -kStandstill ? -1.0 : 0.0);
-  return directions;
+Candidate candidate_of(const Refit& refit, bool accepted, int round) {
+  Candidate candidate;
+  candidate.effect = refit.trial.effect;
+  candidate.round = round;
+  candidate.help_percent = 100.0 * most_help(refit.evidence.witnesses.front());
+  candidate.statistic = refit.evidence.statistic;
+  candidate.p_value = refit.evidence.p_value;
+  candidate.refitted_estimation = refit.explained.estimation.all[kMiddle];
+  candidate.refitted_validation = refit.explained.validation.all[kMiddle];
+  candidate.accepted = accepted;
+  candidate.refused_because = refit.refusal;
+  if (refit.refusal.empty() && !accepted) candidate.refused_because = "another explains more";
+  return candidate;
 }
 
-/// N.m at each sample.
-std::vector<double> loads_of(const std::vector<Record>& pieces) {
-  std::vector<double> loads;
-  for (const Record& piece : pieces)
-    for (const Sample& sample : piece.samples) loads.push_back(sample.u);
-  return loads;
+/// All that a round looked at, into the diagnosis.
+void note(const Contest& round, const Refit* chosen, int number,
+          std::vector<Candidate>& candidates) {
+  for (const Refit& refit : round.refits)
+    candidates.push_back(candidate_of(refit, &refit == chosen, number));
+  for (const Refit& pair : round.pairs) {
+    Candidate candidate = candidate_of(pair, &pair == chosen, number);
+    candidate.together_with = pair.trial.beside->effect;
+    candidates.push_back(candidate);
+    std::swap(candidate.effect, candidate.together_with);
+    candidates.push_back(candidate);
+  }
+  std::set<std::string> told;
+  for (const Refit& refit : round.refits) told.insert(refit.trial.effect);
+  for (const std::string& effect : round.others) {
+    if (!told.insert(effect).second) continue;
+    Candidate candidate;
+    candidate.effect = effect;
+    candidate.round = number;
+    candidate.refused_because =
+        "lowers the error of predictions less than others, or hardly at all";
+    candidates.push_back(candidate);
+  }
 }
 
-std::vector<double> product(std::vector<double> a, const std::vector<double>& b) {
-  for (std::size_t k = 0; k < a.size(); ++k) a[k] *= b[k];
-  return a;
+/// What the next round needs beside `now`.
+void go_on_from_now(Standing& standing, const TraceRecords& records) {
+  standing.bases = {standing.now.fit};
+  for_each_job(2, [&](int i) {
+    if (i == 0) {
+      standing.error = error_so_far(standing.now, records);
+    } else {
+      standing.simulated = plain(standing.now, records);
+    }
+  });
 }
 
-/// Of the longest piece: a part of those by which all is judged lies before and after.
-Moments moments_of(const std::vector<Record>& pieces) {
-  const Record& longest = *std::ranges::max_element(
-      pieces, {}, [](const Record& r) { return r.samples.back().t - r.samples.front().t; });
-  const double from = settled_s(longest);
-  const double until = longest.samples.back().t - longest.samples.front().t;
-  const double part = (until - from) / kScatterParts;
-  return {from + part, until - part};
+/// Whether noise that explains far too little of what one model leaves does of another's, too.
+bool is_hopeless_as_well(const KnownNoise& noise, const Explained& one, const Explained& other) {
+  return noise.hopeless && other.estimation.level() > one.estimation.level() - kFarBetter;
+}
+
+/// With the effect that a round has chosen; the diagnosis as it is then.
+Standing with_effect(const Standing& before, const Named& chosen, const Completing& completing,
+                     const Bases& first, Diagnosis& diagnosis) {
+  const Refit& refit = *chosen.refit;
+  const TraceRecords& records = completing.records;
+  Standing with;
+  with.held = before.held;
+  if (refit.trial.beside)
+    diagnosis.effects.push_back({refit.trial.beside->effect, refit.evidence.p_value, 0.0, {}});
+  diagnosis.effects.push_back(
+      {refit.trial.effect, refit.evidence.p_value, 0.0, chosen.confused_with});
+  ForesightFit fit = absorbed(completing, refit.explained.fit, diagnosis, with.held);
+  with.slow_first = fit.density == kSlowDensity;
+  if (with.slow_first) hold(before.now.fit.model, fit, with.held);
+  const bool bent = most_help(refit.evidence.witnesses.front()) > kMuch;
+  std::vector<ForesightFit> bases = bent ? first.restarts : first.minima;
+  if (chosen.noise.model) bases.emplace_back().model = *chosen.noise.model;
+  with.now = best_explained(fit, bases, records);
+  with.noise = chosen.noise;
+  with.noise.hopeless = is_hopeless_as_well(chosen.noise, refit.explained, with.now);
+  go_on_from_now(with, records);
+  if (chosen.noise.model && records.validation_judges())  // fitted to it, but not as a simulation
+    with.error = std::min(with.error,
+                          placed(*chosen.noise.model, records.validation, records.propagation).mse);
+  for (FoundEffect& found : std::span(diagnosis.effects).last(refit.trial.beside ? 2 : 1))
+    found.mse_reduction_percent = 100.0 * (1.0 - with.error / before.error);
+  return with;
+}
+
+/// The diagnosis with what a round has chosen.
+struct Step {
+  Named chosen;  // the refit is the exchange's, if there is one
+  Diagnosis diagnosis;
+  Standing standing;
+  std::optional<Exchange> exchange = {};
+  std::string reason = {};  // why it is set aside all the same; empty where it stays
+};
+
+/// What a search is gone on with.
+struct Going {
+  const Completing& completing;
+  const Bases& first;
+  const Search& search;
+
+  std::string against(const Standing& with) const {
+    return against_simulation(
+        search.standing.error, with.error,
+        search.diagnosis.validated ? "the validation record" : "blocks left out of the fit",
+        completing.settings);
+  }
+};
+
+Step adding(const Refit& best, Contest& found, const Going& going) {
+  const Standing& standing = going.search.standing;
+  const Completing& completing = going.completing;
+  const KnownNoise noise{.hopeless =
+                             is_hopeless_as_well(standing.noise, standing.now, best.explained)};
+  Step step{best.trial.beside ? Named{&best, {}, {}, false}
+                              : named(best, found.refits, standing.now.fit.model, standing.held,
+                                      completing.records, completing.settings, noise),
+            going.search.diagnosis,
+            {}};
+  step.standing = with_effect(standing, step.chosen, completing, going.first, step.diagnosis);
+  step.reason = going.against(step.standing);
+  return step;
+}
+
+Step exchanging(Exchange exchange, const Going& going) {
+  Standing rest = going.search.standing;
+  Step step{{}, going.search.diagnosis, {}, std::move(exchange)};
+  rest.now.fit.model = step.exchange->without;
+  take_out(step.exchange->place,
+           fmt::format("{} foretells better in its stead", step.exchange->refit.trial.effect),
+           going.completing.base, step.diagnosis, rest.held);
+  step.chosen = {&step.exchange->refit, {}, {}, false};
+  step.standing = with_effect(rest, step.chosen, going.completing, going.first, step.diagnosis);
+  step.reason = going.against(step.standing);
+  return step;
+}
+
+/// What the simulation speaks against beside what was found before may be one of those, by another
+/// law: in the stead of the one where the simulation errs least.
+std::optional<Step> in_any_stead(const Refit& refit, const Looks& looks, const Going& going) {
+  std::optional<Step> best;
+  const std::vector<FoundEffect>& effects = going.search.diagnosis.effects;
+  for (const FoundEffect& other : effects) {
+    std::optional<Exchange> exchange = in_the_stead(refit, other.effect, looks, going.completing,
+                                                    effects, going.search.standing.now);
+    if (!exchange) continue;
+    Step step = exchanging(std::move(*exchange), going);
+    if (step.reason.empty() && (!best || step.standing.error < best->standing.error))
+      best = std::move(step);
+  }
+  return best;
+}
+
+/// Among those of its round.
+void keep_among(Contest& found, Step& step) {
+  if (!step.exchange) return;
+  found.refits.push_back(step.exchange->refit);
+  step.chosen.refit = &found.refits.back();
+}
+
+/// What has given way to another effect, as a rival of that: nothing of what is periodic, where the
+/// harmonic is no name.
+std::vector<Refit> former_of(const Exchange& exchange, const Search& search) {
+  const FoundEffect& found = search.diagnosis.effects[exchange.place];
+  const std::vector<Trial> trials = trials_of(found.effect, exchange.without, {});
+  if (trials.empty()) return {};
+  Refit former;
+  former.trial = trials.front();
+  former.explained = search.standing.now;
+  former.evidence.p_value = found.p_value;
+  return {former};
+}
+
+/// Adds effect after effect until a round finds none.
+void add_effects(Search& search, const Completing& completing, const Bases& first, int most_rounds,
+                 const TraceProgress& say) {
+  const TraceRecords& records = completing.records;
+  const AcceptanceSettings& settings = completing.settings;
+  const Going going{completing, first, search};
+  Standing& standing = search.standing;
+  std::set<std::string> set_aside = search.dismissed;  // until another effect is found
+  while (search.rounds < most_rounds) {
+    const int round = ++search.rounds;
+    say(fmt::format("round {}", round), static_cast<double>(round) / (most_rounds + 2));
+    auto [found, looks] = looked_for({first.given,
+                                      suggested_by(standing.simulated, standing.now.fit,
+                                                   records.estimation, records.propagation),
+                                      records, settings, set_aside},
+                                     standing);
+    const Refit* best = best_of(found, records, settings);
+    const bool is_pair = best != nullptr && best->trial.beside;
+    std::optional<Exchange> exchange;
+    if (!is_pair)
+      exchange =
+          exchanged(found.refits, best, looks, completing, search.diagnosis.effects, standing.now);
+    if (!exchange && best == nullptr)
+      return note(found, nullptr, round, search.diagnosis.candidates);
+    Step step = exchange ? exchanging(std::move(*exchange), going) : adding(*best, found, going);
+    keep_among(found, step);
+    if (!step.reason.empty()) {
+      std::vector<Refit>& among = is_pair ? found.pairs : found.refits;
+      Refit& refused = among[step.chosen.refit - among.data()];
+      refused.refusal = step.reason;
+      std::optional<Step> other;
+      if (!is_pair && !step.exchange) other = in_any_stead(refused, looks, going);
+      if (!other) {
+        set_aside.insert(refused.trial.effect);
+        note(found, nullptr, round, search.diagnosis.candidates);
+        continue;
+      }
+      step = std::move(*other);
+      keep_among(found, step);
+    }
+    const Refit& chosen = *step.chosen.refit;
+    set_aside = search.dismissed;
+    note(found, &chosen, round, step.diagnosis.candidates);
+    const std::size_t effects = search.diagnosis.effects.size();
+    search.errors.resize(std::max(search.errors.size(), effects + 1), kInfinite);
+    search.errors[effects] = std::min(search.errors[effects], standing.error);
+    if (is_pair) {
+      for (auto& [of, rivals] : rivals_beside(chosen, found.pairs))
+        search.to_weigh[of] = std::move(rivals);
+    } else {
+      search.to_weigh[chosen.trial.effect] =
+          step.exchange ? former_of(*step.exchange, search) : std::move(step.chosen.rivals);
+    }
+    search.diagnosis = std::move(step.diagnosis);
+    standing = std::move(step.standing);
+    search.all_weighed = step.chosen.weighed && search.diagnosis.effects.size() == 1;
+  }
 }
 
 }  // namespace
 
-Suggested suggested_by(const FittedModel& simulated, const ForesightFit& foretold,
-                       const std::vector<Record>& pieces, const Propagation& propagation) {
-  const std::vector<double> angle = motor_angle(pieces);
-  const std::vector<double> time = times_of(pieces);
-  const std::vector<double> direction = directions_of(pieces);
-  const std::vector<double> load = loads_of(pieces);
-  const std::vector<double> ahead = one_step(simulated, pieces, propagation).errors;
-  const Eigen::VectorXd weighted =
-      weighted_innovations(foretold.model, foretold.x0, pieces, propagation,
-                           foresight_gains(foretold.model, foretold.x0, pieces, propagation), {})
-          .error;
-  const std::vector<double> judged(weighted.begin(), weighted.end());
-  const std::array<const std::vector<double>*, 3> errors{&ahead, &simulated.residual, &judged};
-  struct Lines {
-    SpectralLines harmonics;
-    SpectralLines of_friction;
-    SpectralLines of_load;
-    SpectralLines frequencies;
-  };
-  std::array<Lines, errors.size()> lines;
-  for_each_job(static_cast<int>(errors.size()), [&](int i) {
-    const auto over_angle = [&](const std::vector<double>& e) {
-      return lines_over_angle(angle, e, kHighestHarmonic, kLinePower, kMostLines);
-    };
-    lines[i] = {over_angle(*errors[i]), over_angle(product(direction, *errors[i])),
-                over_angle(product(load, *errors[i])),
-                lines_over_time(time, *errors[i], kHighestMode, kLinePower, kMostLines)};
-  });
-  Suggested suggested{.harmonics = {1.0, 2.0},
-                      .harmonics_of_friction = {1.0, 2.0},
-                      .harmonics_of_load = {1.0, 2.0},
-                      .frequencies = {},
-                      .moments = moments_of(pieces)};
-  for (const Lines& found : lines) {
-    add_frequencies(found.harmonics, suggested.harmonics);
-    add_frequencies(found.of_friction, suggested.harmonics_of_friction);
-    add_frequencies(found.of_load, suggested.harmonics_of_load);
-    add_frequencies(found.frequencies, suggested.frequencies);
-    // All have the same lines, and a line is one trial, whoever suggests it.
-    suggested.harmonics_looked_at = 2.0 + found.harmonics.looked_at;
-    suggested.frequencies_looked_at = found.frequencies.looked_at;
+Simulated completed(Search& search, const Completing& completing, const Bases& first,
+                    const Simulated& without_any, int most_effects, const TraceProgress& say) {
+  Diagnosis& diagnosis = search.diagnosis;
+  Standing& standing = search.standing;
+  for (int look = 0;; ++look) {
+    const int most_rounds = most_effects + static_cast<int>(search.dismissed.size());
+    if (look < kMostLooks) add_effects(search, completing, first, most_rounds, say);
+    if (diagnosis.effects.empty()) return without_any;
+    say("removal", 0.9);
+    remove_idle(completing, diagnosis, standing.now, standing.held);
+    say("names", 0.93);
+    if (!search.all_weighed)
+      weigh_names(completing.base, search.to_weigh, completing.records, completing.settings,
+                  diagnosis, standing.now, standing.held, standing.noise);
+    Finished finish = finished(completing, without_any, search.errors, diagnosis, standing.now,
+                               standing.held, standing.noise);
+    if (finish.none_of.empty()) return std::move(finish.simulated);
+    search.dismissed.insert(finish.none_of.begin(), finish.none_of.end());
+    go_on_from_now(standing, completing.records);
+    standing.noise.hopeless = false;
   }
-  return suggested;
 }
 
 }  // namespace armukf

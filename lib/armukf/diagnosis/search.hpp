@@ -1,20 +1,34 @@
 #pragma once
 
+#include <set>
+#include <string>
 #include <vector>
 
-#include "armukf/core/record.hpp"
-#include "armukf/diagnosis/base_fit.hpp"
-#include "armukf/diagnosis/foresight.hpp"
-#include "armukf/diagnosis/trial.hpp"
-#include "armukf/ode/propagation.hpp"
+#include "armukf/diagnosis/candidates.hpp"
+#include "armukf/diagnosis/diagnosis.hpp"
+#include "armukf/diagnosis/finish.hpp"
+#include "armukf/diagnosis/naming.hpp"
+#include "armukf/diagnosis/removal.hpp"
+#include "armukf/diagnosis/round.hpp"
+#include "armukf/diagnosis/trace.hpp"
 
+/// The search for what a model lacks, round after round.
 namespace armukf {
 
-/// Harmonics of the motor's angle, the first two in any case, and frequencies that stand out: of
-/// the simulation's residual; of the innovations of a filter that believes the measurements, to
-/// which only what is fast is left; and of those of the one that all is judged by, in between. When
-/// something may happen.
-Suggested suggested_by(const FittedModel& simulated, const ForesightFit& foretold,
-                       const std::vector<Record>& pieces, const Propagation& propagation);
+/// The search for effects as far as it has come.
+struct Search {
+  Diagnosis diagnosis;
+  Standing standing;
+  std::vector<double> errors;       // the least with none of the effects, with one, with two ...
+  std::set<std::string> dismissed;  // effects that a completed model had none of
+  Rivals to_weigh;
+  bool all_weighed = false;  // each with all others there
+  int rounds = 0;
+};
+
+/// The completed model. An effect that it has none of has stood where another might: what explained
+/// less in that round is looked at once more, twice at the most.
+Simulated completed(Search& search, const Completing& completing, const Bases& first,
+                    const Simulated& without_any, int most_effects, const TraceProgress& say);
 
 }  // namespace armukf

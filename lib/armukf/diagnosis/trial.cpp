@@ -117,15 +117,12 @@ std::size_t copies_of(std::string_view effect) {
              : 1;
 }
 
-/// The effect, if the model does not have it; if it may be there several times, at other harmonics
-/// or frequencies, with the next number; else nothing, nor where the model has no room for it.
+/// The effect, if the model does not have it; if it may be there several times, with the next
+/// number; else nothing, nor where the model has no room for it.
 std::string one_more(std::string_view effect, const Model& model) {
   if (!model.has_room_for(effect, copies_of(effect))) return "";
   if (!model.has_effect(effect)) return std::string(effect);
-  const std::vector<EffectParameter> parameters = parameters_of(find_effect(effect));
-  const bool many = std::ranges::any_of(
-      parameters, [](const EffectParameter& p) { return p.grid.periodic || p.grid.resonant; });
-  if (!many) return "";
+  if (!may_be_several(find_effect(effect))) return "";
   for (int number = 2;; ++number)
     if (std::string name = fmt::format("{}:{}", effect, number); !model.has_effect(name))
       return name;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <optional>
@@ -69,6 +70,16 @@ std::string family_of(std::string_view effect) {
 
 bool is_learnt_law(const CataloguedEffect& effect) {
   return std::visit([]<class E>(const E&) { return LearntLaw<E>; }, effect);
+}
+
+bool may_be_several(const CataloguedEffect& effect) {
+  return std::visit(
+      []<class E>(const E&) {
+        return MayBeSeveral<E> || std::ranges::any_of(E::parameters, [](const EffectParameter& p) {
+                 return p.grid.periodic || p.grid.resonant;
+               });
+      },
+      effect);
 }
 
 bool colours_noise(const CataloguedEffect& effect) {

@@ -14,6 +14,7 @@
 #include "armukf/model/effects/coulomb_asymmetry.hpp"
 #include "armukf/model/effects/drive_lag.hpp"
 #include "armukf/model/effects/drive_lag_second_order.hpp"
+#include "armukf/model/effects/drive_notch.hpp"
 #include "armukf/model/effects/external_torque.hpp"
 #include "armukf/model/effects/flexible_mode.hpp"
 #include "armukf/model/effects/friction_change.hpp"
@@ -23,6 +24,8 @@
 #include "armukf/model/effects/gear_damping_quadratic.hpp"
 #include "armukf/model/effects/gear_friction.hpp"
 #include "armukf/model/effects/gear_hysteresis.hpp"
+#include "armukf/model/effects/gear_relaxation.hpp"
+#include "armukf/model/effects/gear_slip.hpp"
 #include "armukf/model/effects/gear_spring_curve.hpp"
 #include "armukf/model/effects/gear_stiffness_ripple.hpp"
 #include "armukf/model/effects/gravity.hpp"
@@ -32,8 +35,10 @@
 #include "armukf/model/effects/pose_inertia.hpp"
 #include "armukf/model/effects/presliding_friction.hpp"
 #include "armukf/model/effects/sensor_coupling.hpp"
+#include "armukf/model/effects/sensor_gain.hpp"
 #include "armukf/model/effects/sensor_lag.hpp"
 #include "armukf/model/effects/speed_ripple.hpp"
+#include "armukf/model/effects/stiffness_change.hpp"
 #include "armukf/model/effects/thermal_damping.hpp"
 #include "armukf/model/effects/thermal_friction.hpp"
 #include "armukf/model/effects/thermal_friction_heated.hpp"
@@ -41,27 +46,29 @@
 #include "armukf/model/effects/torque_bias.hpp"
 #include "armukf/model/effects/torque_curve.hpp"
 #include "armukf/model/effects/torque_gain.hpp"
+#include "armukf/model/effects/torque_limit.hpp"
 #include "armukf/model/effects/torque_ripple.hpp"
 #include "armukf/model/effects/torque_ripple_commanded.hpp"
 
 namespace armukf {
 
 /// Every effect that a model may have. A new one is a header in effects/ and one line here.
-using CataloguedEffect =
-    std::variant<effects::TorqueBias, effects::TorqueGain, effects::TorqueRipple,
-                 effects::InputDelay, effects::DriveLag, effects::DriveLagSecondOrder,
-                 effects::FrictionParameters, effects::CoulombAsymmetry, effects::GearFriction,
-                 effects::ArmFriction, effects::LoadDependentFriction, effects::ThermalFriction,
-                 effects::ThermalFrictionHeated, effects::PreslidingFriction, effects::Backlash,
-                 effects::GearHysteresis, effects::GearDampingQuadratic, effects::ArmStiffnessCubic,
-                 effects::FlexibleMode<kArm>, effects::FlexibleMode<kGear>,
-                 effects::FlexibleMode<kMotor>, effects::Gravity, effects::PayloadChange,
-                 effects::SensorLag, effects::SpeedRipple, effects::ExternalTorque<kMotor>,
-                 effects::ExternalTorque<kArm>, effects::FrictionChange, effects::FrictionRipple,
-                 effects::TorqueRippleCommanded, effects::ThermalTorque, effects::ThermalDamping,
-                 effects::GearStiffnessRipple, effects::PoseInertia, effects::ArmBacklash,
-                 effects::SensorCoupling, effects::FrictionCurve, effects::GearSpringCurve,
-                 effects::ArmSpringCurve, effects::TorqueCurve, effects::AngleCurve>;
+using CataloguedEffect = std::variant<
+    effects::TorqueBias, effects::TorqueGain, effects::TorqueRipple, effects::InputDelay,
+    effects::DriveLag, effects::DriveLagSecondOrder, effects::FrictionParameters,
+    effects::CoulombAsymmetry, effects::GearFriction, effects::ArmFriction,
+    effects::LoadDependentFriction, effects::ThermalFriction, effects::ThermalFrictionHeated,
+    effects::PreslidingFriction, effects::Backlash, effects::GearHysteresis,
+    effects::GearDampingQuadratic, effects::ArmStiffnessCubic, effects::FlexibleMode<kArm>,
+    effects::FlexibleMode<kGear>, effects::FlexibleMode<kMotor>, effects::Gravity,
+    effects::PayloadChange, effects::SensorLag, effects::SpeedRipple,
+    effects::ExternalTorque<kMotor>, effects::ExternalTorque<kArm>, effects::FrictionChange,
+    effects::FrictionRipple, effects::TorqueRippleCommanded, effects::ThermalTorque,
+    effects::ThermalDamping, effects::GearStiffnessRipple, effects::PoseInertia,
+    effects::ArmBacklash, effects::SensorCoupling, effects::GearStiffnessChange,
+    effects::ArmStiffnessChange, effects::GearSlip, effects::GearRelaxation, effects::TorqueLimit,
+    effects::DriveNotch, effects::SensorGain, effects::FrictionCurve, effects::GearSpringCurve,
+    effects::ArmSpringCurve, effects::TorqueCurve, effects::AngleCurve>;
 
 /// An effect as the user names it: `torque_ripple`, or `torque_ripple:2` for the second of its
 /// kind.
@@ -89,6 +96,9 @@ std::string family_of(std::string_view effect);
 
 /// Whether it is a curve that is learnt, which a search for names leaves out.
 bool is_learnt_law(const CataloguedEffect& effect);
+
+/// Whether a model may have several of it: at other harmonics or frequencies, or moments.
+bool may_be_several(const CataloguedEffect& effect);
 
 /// Whether the sensor shows what moves through states of the effect's own: then it gives the noise
 /// of the torque another colour.

@@ -217,8 +217,9 @@ struct EffectState {
 ///
 /// Optional data: `frees`, names of the arm's parameters that it takes for unknown; `tried_last`,
 /// of what is rare and comes near to more common effects: a search tries it where none of those
-/// helps, as it does learnt laws; `answer`, of a part of the drive, which is a torque on the motor
-/// beside what reaches it of the command.
+/// helps, as it does learnt laws; `several`, of what may happen more than once, as what repeats or
+/// swings may be there several times in any case; `answer`, of a part of the drive, which is a
+/// torque on the motor beside what reaches it of the command.
 template <class E>
 concept Effect = requires {
   { E::name } -> std::convertible_to<std::string_view>;
@@ -245,6 +246,11 @@ concept FreesParameters = requires {
 template <class E>
 concept TriedLast = requires {
   requires E::tried_last;
+};
+
+template <class E>
+concept MayBeSeveral = requires {
+  requires E::several;
 };
 
 template <class E>

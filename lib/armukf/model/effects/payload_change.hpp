@@ -11,6 +11,7 @@ namespace armukf::effects {
 /// its own, from payload_time (s since the first sample) on; the default is before any record.
 struct PayloadChange {
   static constexpr std::string_view name = "payload_change";
+  static constexpr bool several = true;
   static constexpr std::array parameters{
       EffectParameter{"payload", "-", 0.0, -0.95, 100.0, 0.2},
       EffectParameter{

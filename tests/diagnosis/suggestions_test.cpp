@@ -1,4 +1,4 @@
-#include "armukf/diagnosis/search.hpp"
+#include "armukf/diagnosis/suggestions.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,137 @@
+#include "armukf/diagnosis/round.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "armukf/diagnosis/naming.hpp"
+#include "armukf/diagnosis/portrait.hpp"
+
+namespace armukf {
+namespace {
+
+/// What was judged later in a round.
+void add(Contest more, Contest& all) {
+  std::ranges::move(more.refits, std::back_inserter(all.refits));
+  std::ranges::move(more.pairs, std::back_inserter(all.pairs));
+  std::ranges::move(more.others, std::back_inserter(all.others));
+}
+
+/// Of what goes before the best the first that would count were nothing else looked at.
+Refit* ahead_alone(std::vector<Refit>& refits, const Refit& best) {
+  const auto at = std::ranges::find_if(
+      refits, [&](const Refit& r) { return r.counts_alone && goes_before(r, best); });
+  return at != refits.end() ? &*at : nullptr;
+}
+
+/// Refuses what noise explains as well, until the best of them is beyond that. Which of many
+/// effects may be missing by chance is what p-values count all of them for; that one is, the best
+/// has told then, and of what explains more than that it is enough to be beyond chance by itself.
+void confirm(std::vector<Refit>& refits, NoiseCheck& noise, const Looks& looks,
+             const AcceptanceSettings& settings) {
+  const auto judge = [&](Refit& refit) {
+    refit.refusal = noise.refusal(refit, looks, settings);
+    refit.beyond_noise = refit.refusal.empty();
+    refit.counts_alone = false;
+  };
+  while (const Refit* best = best_found(refits)) {
+    if (!best->beyond_noise) {
+      judge(refits[best - refits.data()]);
+    } else if (Refit* other = ahead_alone(refits, *best)) {
+      judge(*other);
+    } else {
+      return;
+    }
+  }
+}
+
+}  // namespace
+
+const Refit* best_of(const Contest& round, const TraceRecords& records,
+                     const AcceptanceSettings& settings) {
+  const Refit* single = best_found(round.refits);
+  const Refit* pair = best_pair(round.pairs, single, records, settings);
+  return pair != nullptr ? pair : single;
+}
+
+LookedAt looked_for(const Round& round, Standing& standing) {
+  const Suggested& suggested = round.suggested;
+  const TraceRecords& records = round.records;
+  const AcceptanceSettings& settings = round.settings;
+  Explained& now = standing.now;
+  const auto without_set_aside = [&](std::vector<Trial> trials) {
+    std::erase_if(trials, [&](const Trial& t) { return round.set_aside.contains(t.effect); });
+    return trials;
+  };
+  const std::vector<Trial> suggested_names = trials_for(now.fit.model, suggested);
+  LookedAt all{{}, looks_of(suggested_names)};
+  Contest& found = all.found;
+  Looks& looks = all.looks;
+  const std::vector<Trial> names = without_set_aside(suggested_names);
+  std::optional<NoiseCheck> noise;
+  const auto check = [&]() -> NoiseCheck& {
+    if (!noise) noise.emplace(now, records, standing.noise, &round.given);
+    return *noise;
+  };
+  const auto best = [&] {
+    confirm(found.refits, check(), looks, settings);
+    confirm(found.pairs, check(), looks, settings);
+    standing.noise = noise->known(settings);
+    return best_of(found, records, settings);
+  };
+  const auto add_of_now = [&](Contest more) {
+    if (more.better_minimum) {  // the noise was another model's
+      noise.reset();
+      standing.noise.hopeless = false;
+    }
+    add(std::move(more), found);
+  };
+  const auto from_given = [&] {
+    add_of_now(contest_from(round.given, now, names, looks, records, settings));
+  };
+  bool given_tried = false;
+  const auto fast = [&] {
+    add_of_now(contest(now, standing.bases, names, looks, records, settings));
+    given_tried = has_slack_spring(now.fit.model);
+    if (given_tried) from_given();
+    return best();
+  };
+  if (!standing.slow_first) {
+    const Refit* first = fast();
+    if (first != nullptr && comes_first(*first)) return all;
+  }
+  Explained slow = fitted_together(now, standing.held, records, kSlowDensity);
+  const auto add_slow = [&](const std::vector<ForesightFit>& on, const std::vector<Trial>& trials) {
+    add(contest(slow, on, trials, looks, records, settings), found);
+  };
+  add_slow({slow.fit}, without_set_aside(trials_for(slow.fit.model, suggested)));
+  if (best() != nullptr) return all;
+
+  const std::vector<Trial> suggested_last =
+      last_trials_for(slow.fit.model, suggested, records.estimation, records.propagation);
+  looks.merge(looks_of(suggested_last));
+  const std::vector<Trial> last = without_set_aside(suggested_last);
+  std::vector<ForesightFit> on{slow.fit};  // what is missing may have led it far astray
+  on.insert(on.end(), standing.bases.begin(), standing.bases.end());
+  add_slow(on, last);
+  if (best() != nullptr) return all;
+  if (standing.slow_first && fast() != nullptr) return all;
+
+  std::vector<Trial> told = names;
+  std::ranges::copy(last, std::back_inserter(told));
+  std::erase_if(told, [](const Trial& trial) { return !likelihood_tells(trial); });
+  add({noise->likelier(told, looks, settings), {}, {}}, found);
+  if (best() != nullptr || given_tried) return all;
+  // Of a torque that noise is to explain the innovations alone do not tell that it goes with the
+  // motion.
+  const bool has_found = now.fit.model.effects.size() > round.given.effects.size();
+  if (noise->noise_can_be_all(settings) &&
+      (has_found || portrait(standing.simulated, records.estimation, records.propagation).empty()))
+    return all;
+  from_given();
+  best();
+  return all;
+}
+
+}  // namespace armukf

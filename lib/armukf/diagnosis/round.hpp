@@ -1,0 +1,58 @@
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "armukf/diagnosis/acceptance_settings.hpp"
+#include "armukf/diagnosis/base_fit.hpp"
+#include "armukf/diagnosis/candidates.hpp"
+#include "armukf/diagnosis/completion.hpp"
+#include "armukf/diagnosis/noise_check.hpp"
+#include "armukf/diagnosis/trace_records.hpp"
+#include "armukf/diagnosis/trial.hpp"
+#include "armukf/model/model.hpp"
+
+/// A round of the search: one look at all that may be missing.
+namespace armukf {
+
+/// The model as far as it has been completed.
+struct Standing {
+  Explained now;                    // or a better minimum of it where one was come upon
+  std::vector<ForesightFit> bases;  // what the next effect is tried on top of
+  Held held;
+  FittedModel simulated;  // to the estimation records
+  double error = 0.0;     // of what judges
+  bool slow_first = false;
+  KnownNoise noise = {};
+};
+
+/// What a round looks at.
+struct Round {
+  const Model& given;  // with what was known of the arm before
+  Suggested suggested;
+  const TraceRecords& records;
+  const AcceptanceSettings& settings;
+  const std::set<std::string>& set_aside;  // effects that it does not
+};
+
+/// What it finds.
+struct LookedAt {
+  Contest found;
+  Looks looks;  // all that the p-values count
+};
+
+/// Looks for one effect more: among the names by the fast filter's predictions; by the slow one's,
+/// which tell what shows late; among what is tried last; and at the end by the likelihood alone.
+/// Goes on only while nothing counts as found, or what does shows late. Where the slow filter has
+/// told the effect before, it is asked first, and the fast one once more before nothing is found.
+/// If nothing is, and noise cannot be all that is left, or of a model without any effect is not,
+/// all more common effects are tried once more from the given values of the arm; at once where a
+/// spring has gone slack.
+LookedAt looked_for(const Round& round, Standing& standing);
+
+/// The best of what a round has found, of single effects and of pairs.
+const Refit* best_of(const Contest& round, const TraceRecords& records,
+                     const AcceptanceSettings& settings);
+
+}  // namespace armukf
