@@ -202,6 +202,52 @@ TEST(BestFound, AsksNoGuardHowMuchItIsHelped) {
   EXPECT_TRUE(comes_first(refit));
 }
 
+/// An offset beside friction that seems to grow with the load: both explain what is left, and with
+/// all that was looked at only the friction is beyond chance.
+TEST(BeforeByItself, IsWhatExplainsMoreAndIsRefusedForTheOthersLookedAtAlone) {
+  std::vector<Refit> refits{helping(kLast, {0.0, 0.0, 0.2, 0.4}),
+                            helping(kLast, {0.0, 0.0, 0.3, 0.5}),
+                            helping(kLast, {0.0, 0.0, 0.1, 0.3})};
+  refits[1].refusal = refits[2].refusal = "its size may be chance";
+  EXPECT_EQ(before_by_itself(refits, refits[0]), nullptr);
+  refits[2].counts_alone = true;
+  EXPECT_EQ(before_by_itself(refits, refits[0]), nullptr);  // it explains less
+  refits[1].counts_alone = true;
+  EXPECT_EQ(before_by_itself(refits, refits[0]), &refits[1]);
+  refits[0].shows_at = kFar;  // what shows sooner is to be right first
+  EXPECT_EQ(before_by_itself(refits, refits[0]), nullptr);
+}
+
+/// The same record, looked at for one effect and for a hundred, and for one of a hundred shapes.
+TEST(Refitted, CountsAloneWhereOnlyTheOthersLookedAtSpeakAgainstIt) {
+  Model plant = published_estimate();
+  plant.add_effect("torque_gain");
+  plant.parameter("torque_gain").value = 0.1;
+  const TraceRecords records = trace_records(
+      {simulate_experiment(plant, {.samples = 6000, .sensor_noise = 0.2, .torque_disturbance = 0.1})
+           .record},
+      {}, {}, 0.05);
+  const Explained now = explained(published_estimate(), {}, records, kForesightDensity);
+  const Trial trial = trials_of("torque_gain", now.fit.model, {}).front();
+  AcceptanceSettings settings;
+  const auto looked_for = [&](const Looks& looks) {
+    return refitted(trial, trial.model, now.fit.x0, now, looks, records, settings);
+  };
+  const Looks only{{"torque_gain", 1.0}};
+  const Refit alone = looked_for(only);
+  ASSERT_TRUE(alone.refusal.empty()) << alone.refusal;
+  EXPECT_FALSE(alone.counts_alone);  // it counts anyhow
+  settings.most_p = 10.0 * alone.evidence.p_value;
+  Looks others = only;
+  for (int i = 0; i < 99; ++i) others[std::to_string(i)] = 1.0;
+  const Refit among_others = looked_for(others);
+  EXPECT_FALSE(among_others.refusal.empty());
+  EXPECT_TRUE(among_others.counts_alone);
+  const Refit of_many_shapes = looked_for({{"torque_gain", 100.0}});
+  EXPECT_FALSE(of_many_shapes.refusal.empty());
+  EXPECT_FALSE(of_many_shapes.counts_alone);
+}
+
 /// A refit that counts as found, of so much error in every block and at each horizon.
 Refit erring(double error) {
   Refit refit = helping(kMiddle, {0.1, 0.2, 0.2, 0.2});

@@ -91,6 +91,17 @@ TEST(Finished, HasNoEffectThatIsWithinSoManyOfItsDeviations) {
   EXPECT_EQ(found.none_of, std::vector<std::string>{"torque_bias"});
 }
 
+/// An effect is judged by the deviations that are told of it.
+TEST(Finished, TellsDeviationsByBlocks) {
+  Unfinished found(biased(), {"torque_bias"});
+  const Simulated simulated = found.finish({kInfinite});
+  ASSERT_FALSE(simulated.estimation.parameters.empty());
+  for (const ParameterEstimate& p : simulated.estimation.parameters) {
+    EXPECT_GT(p.block_sd, 0.0);
+    EXPECT_GE(p.sd, p.block_sd);
+  }
+}
+
 /// What follows something that the catalogue does not have leaves no place to another.
 TEST(Finished, HasNothingToLookForInPlaceOfWhatLedAstray) {
   Unfinished found(biased(), {"torque_bias"});

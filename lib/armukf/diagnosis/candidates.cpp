@@ -449,7 +449,7 @@ std::string shape_at_bound(const Model& model, const std::string& effect) {
 }
 
 /// How far an effect's sizes are from none, and the chance of that: given all that was looked at,
-/// and were it the only one.
+/// and were it the only effect.
 struct Chance {
   double statistic;
   double p_value;
@@ -465,8 +465,9 @@ Chance chance_of(const Trial& trial, const Explained& now, const ForesightFit& f
         distance_from_none(swapped(trial), now.fit.model, fit.model, fit.scatter);
     if (of_other.p_value() > from_none.p_value()) from_none = of_other;
   }
-  const double alone = from_none.p_value();
-  return {from_none.squared, corrected(alone, trial, looks), alone};
+  const double chance = from_none.p_value();
+  return {from_none.squared, corrected(chance, trial, looks),
+          corrected_by_itself(chance, trial.effect, looks)};
 }
 
 /// What was found before, and how much less of it is told now that the newest effect is there.
@@ -779,6 +780,12 @@ const Refit* best_found(const std::vector<Refit>& refits) {
   if (late == nullptr || best == late || comes_first(*best)) return best;
   const double soon = best->merit(late->shows_at);
   return late->merit(late->shows_at) > kFarMore * std::max(0.0, soon) ? late : best;
+}
+
+const Refit* before_by_itself(const std::vector<Refit>& refits, const Refit& best) {
+  const auto at = std::ranges::find_if(
+      refits, [&](const Refit& r) { return r.counts_alone && goes_before(r, best); });
+  return at != refits.end() ? &*at : nullptr;
 }
 
 Refit refitted(const Trial& trial, const Model& from, const StatesOfPieces& x0,

@@ -64,7 +64,7 @@ struct Refit {
   int parameters = 1;         // that it adds to what a fit to one piece finds
   std::string refusal;        // empty: it counts as found
   bool beyond_noise = false;  // found to be
-  bool counts_alone = false;  // refused only since so much else was looked at as well
+  bool counts_alone = false;  // refused only since other effects were looked at as well
   Horizon shows_at = kLast;
 
   /// With a price for each parameter beyond the first.
@@ -87,6 +87,10 @@ const Refit* best_pair(const std::vector<Refit>& pairs, const Refit* single,
 /// The one that counts as found and that goes first; but what shows late and explains far more
 /// there goes before what shows soon and explains little. Null if nothing counts.
 const Refit* best_found(const std::vector<Refit>& refits);
+
+/// Of those that would count were no other effect looked at the first that goes before the best that
+/// counts; null if none does.
+const Refit* before_by_itself(const std::vector<Refit>& refits, const Refit& best);
 
 /// How far an effect that was fitted is from none of it, by how that fit scatters. Of none of it
 /// every shape is as good: where the record hardly tells size and shape from each other, as of what

@@ -229,31 +229,35 @@ struct Dispensable {
 /// One that the completed model has none of: its sizes may be nothing, or beside what was found
 /// after it noise explains as much; and without it the model simulates what judges nearly as well.
 /// Where that errs far more, the sizes are only hard to tell from other parameters: friction at the
-/// arm from that at the gear and from what damps its spring.
+/// arm from that at the gear and from what damps its spring. By the larger deviations that are told
+/// of the completed model (reported) more may be nothing; of that the model without it has to do as
+/// well but for noise.
 std::optional<Dispensable> none_of_these(const Completing& completing, const Diagnosis& diagnosis,
                                          const Explained& now, const Held& held,
                                          const KnownNoise& known, const Simulated& without_any,
-                                         const Simulated& completed) {
+                                         const Simulated& completed, const FittedModel& reported) {
+  const AcceptanceSettings& settings = completing.settings;
   const std::vector<EffectSlot>& effects = completed.estimation.model.effects;
   const Explained all = set_free(now, held);
   NoiseCheck noise(all, completing.records, known);
   const auto is_noise = [&](const std::string& effect) {
     return diagnosis.effects.size() > 1 &&  // one alone was judged so when it was found
            noise.is_as_likely(without(all.fit.model, completing.base, effect, diagnosis.effects),
-                              completing.settings);
+                              settings);
   };
   for (std::size_t i = 0; i < diagnosis.effects.size(); ++i) {
     const auto slot = std::ranges::find(effects, diagnosis.effects[i].effect, &EffectSlot::name);
     if (slot == effects.end()) continue;
-    if (!is_none(*slot, completed.estimation, completing.settings.most_sds_of_none) &&
-        !is_noise(slot->name()))
-      continue;
+    const bool surely_none =
+        is_none(*slot, completed.estimation, settings.most_sds_of_none) || is_noise(slot->name());
+    if (!surely_none && !is_none(*slot, reported, settings.most_sds_of_none)) continue;
     Explained rest = explained_without(completing, i, diagnosis, now);
     const double error =
         diagnosis.effects.size() == 1
             ? without_any.validation.mse
             : judged(refined(rest, held, completing.records), completing.records).mse;
-    if (does_as_well(error, completed.validation.mse, completing.settings.most_missed_of_none))
+    if (does_as_well(error, completed.validation.mse,
+                     surely_none ? settings.most_missed_of_none : settings.most_harm_of_one))
       return Dispensable{i, std::move(rest)};
   }
   return {};
@@ -327,9 +331,9 @@ Finished finished(const Completing& completing, const Simulated& without_any,
   while (!diagnosis.effects.empty()) {
     Simulated simulated{refined(now, held, records), {}};
     simulated.validation = judged(simulated.estimation, records);
-    simulated.estimation = with_deviations_by_blocks(simulated, records);
-    if (auto none =
-            none_of_these(completing, diagnosis, now, held, noise, without_any, simulated)) {
+    FittedModel reported = with_deviations_by_blocks(simulated, records);
+    if (auto none = none_of_these(completing, diagnosis, now, held, noise, without_any, simulated,
+                                  reported)) {
       none_of.push_back(diagnosis.effects[none->place].effect);
       go_on_without(none->place, std::move(none->rest),
                     "the completed model has none of it beyond its deviation");
@@ -338,8 +342,10 @@ Finished finished(const Completing& completing, const Simulated& without_any,
     const double error = simulated.validation.mse;
     const double least = *std::ranges::min_element(
         errors.begin(), errors.begin() + std::min(errors.size(), diagnosis.effects.size()));
-    if (does_as_well(error, least, completing.settings.most_harm_of_all))
+    if (does_as_well(error, least, completing.settings.most_harm_of_all)) {
+      simulated.estimation = std::move(reported);
       return {std::move(simulated), std::move(none_of)};
+    }
     none_of.clear();
     auto [place, rest] = least_missed(completing, diagnosis, now);
     go_on_without(place, std::move(rest),

@@ -18,13 +18,6 @@ void add(Contest more, Contest& all) {
   std::ranges::move(more.others, std::back_inserter(all.others));
 }
 
-/// Of what goes before the best the first that would count were nothing else looked at.
-Refit* ahead_alone(std::vector<Refit>& refits, const Refit& best) {
-  const auto at = std::ranges::find_if(
-      refits, [&](const Refit& r) { return r.counts_alone && goes_before(r, best); });
-  return at != refits.end() ? &*at : nullptr;
-}
-
 /// Refuses what noise explains as well, until the best of them is beyond that. Which of many
 /// effects may be missing by chance is what p-values count all of them for; that one is, the best
 /// has told then, and of what explains more than that it is enough to be beyond chance by itself.
@@ -38,8 +31,8 @@ void confirm(std::vector<Refit>& refits, NoiseCheck& noise, const Looks& looks,
   while (const Refit* best = best_found(refits)) {
     if (!best->beyond_noise) {
       judge(refits[best - refits.data()]);
-    } else if (Refit* other = ahead_alone(refits, *best)) {
-      judge(*other);
+    } else if (const Refit* other = before_by_itself(refits, *best)) {
+      judge(refits[other - refits.data()]);
     } else {
       return;
     }

@@ -246,8 +246,13 @@ Looks looks_of(const std::vector<Trial>& trials) {
   return looks;
 }
 
+double corrected_by_itself(double chance, const std::string& effect, const Looks& looks) {
+  return std::min(1.0, chance * looks.at(effect));
+}
+
 double corrected(double chance, const std::string& effect, const Looks& looks) {
-  return std::min(1.0, chance * looks.at(effect) * static_cast<double>(looks.size()));
+  return std::min(1.0,
+                  corrected_by_itself(chance, effect, looks) * static_cast<double>(looks.size()));
 }
 
 double corrected(double chance, const Trial& trial, const Looks& looks) {
