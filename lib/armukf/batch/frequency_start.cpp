@@ -163,6 +163,8 @@ Candidate searched(const Model& model, const Record& record, const Propagation& 
   settings.propagation = propagation;
   settings.initial = all_free(model);
   settings.iterations = kShortSearch;
+  settings.derivatives = Precision::kSingle;
+  settings.step_by_step = false;
   settings.jackknife = false;  // only where it ends counts
   const Identification found = identify(model, {record}, settings);
   return {found.model, found.mse};

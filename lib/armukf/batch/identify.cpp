@@ -103,7 +103,7 @@ std::vector<FoundMinimum> search_all(const Model& model, const SearchTask& task,
                                 : settings.first_states;
   const SearchFrom search = settings.criterion == Criterion::kPrediction ? searched_for_predictions
                                                                          : searched_for_simulation;
-  for_each_job(count + 1, [&](int k) {
+  for_each_job(settings.step_by_step ? count + 1 : count, [&](int k) {
     if (k < count) {
       found[k] = search(starts[k], x0, task);
     } else {

@@ -32,9 +32,11 @@ struct IdentifySettings {
   int starts = 1;          // searches; the first from the model's values, the rest drawn about them
   std::uint64_t seed = 1;  // of the drawn starts
   int threads = 0;         // that share the work; 0: one per processor
-  bool robust = false;     // Huber's loss in place of squares
-  bool jackknife = true;   // deviations that hold for incomplete models, too
-  int iterations = 100;    // at most, of one search
+  bool step_by_step = true;  // the first start also with fewer unknowns first, where there are more
+                             // than usual
+  bool robust = false;       // Huber's loss in place of squares
+  bool jackknife = true;     // deviations that hold for incomplete models, too
+  int iterations = 100;      // at most, of one search
   Precision derivatives = Precision::kDouble;
   double longest_gap_s = kLongestGapS;  // s; a record is cut at longer intervals
   StatesOfPieces first_states;          // where the free initial states of each piece begin; what

@@ -106,7 +106,8 @@ FittedModel fitted(const Model& model, const StatesOfPieces& x0, const std::vect
   settings.first_states = x0;
   settings.iterations = iterations;
   settings.derivatives = Precision::kSingle;
-  settings.jackknife = false;  // blocks judge by themselves here
+  settings.step_by_step = false;  // it begins where fits of predictions have ended
+  settings.jackknife = false;     // blocks judge by themselves here
   const FoundMinimum near = searched_thinned(model, pieces, settings);
   settings.first_states = near.x0;
   const Identification found = identify_pieces(near.model, pieces, settings);

@@ -230,6 +230,10 @@ std::vector<Trial> last_trials_for(const Model& model, const Suggested& suggeste
     const std::string name = one_more(effect, model);
     if (name.empty()) continue;
     for (Trial& trial : trials_of(name, model, suggested)) {
+      if (!is_learnt_law(trial.model.effects.back().effect)) {
+        all.push_back(std::move(trial));
+        continue;
+      }
       cover_ranges(trial.model, pieces, propagation);
       const std::vector<double> covered = trial.model.values();
       all.push_back(trial);
