@@ -162,12 +162,12 @@ TEST(Trace, LetsAnEffectTakeThePlaceOfOneThatItBlurs) {
 TEST(Trace, FindsWhatLeadsASimulationFarAstray) {
   Model truth = published_estimate();
   truth.add_effect("gear_friction");
-  truth.parameter("gear_friction_coulomb").value = 1.0;
+  truth.parameter("gear_friction_coulomb").value = 1.3;
   const Diagnosis diagnosis = diagnosis_of(truth);
   EXPECT_LT(diagnosis.base.best.fit_percent, 20.0);
   ASSERT_FALSE(diagnosis.effects.empty());
   EXPECT_EQ(diagnosis.effects[0].effect, "gear_friction");
-  EXPECT_NEAR(diagnosis.after.model.parameter("gear_friction_coulomb").value, 1.0, 0.1);
+  EXPECT_NEAR(diagnosis.after.model.parameter("gear_friction_coulomb").value, 1.3, 0.1);
 }
 
 double largest_torque(const Record& record) {
@@ -193,7 +193,9 @@ TEST(Trace, TakesTheValidationRecordWhereOnlyThatOneShowsWhatIsMissing) {
   EXPECT_TRUE(diagnosis.of_validation);
   EXPECT_FALSE(diagnosis.validated);
   ASSERT_FALSE(diagnosis.effects.empty());
-  EXPECT_EQ(diagnosis.effects[0].effect, "torque_curve");
+  EXPECT_EQ(diagnosis.effects[0].effect, "torque_limit");
+  EXPECT_NEAR(diagnosis.after.model.parameter("torque_limit_share").value, 0.5, 0.05);
+  EXPECT_NEAR(diagnosis.after.model.parameter("torque_limit").value, knee, 0.05 * knee);
   EXPECT_LT(diagnosis.after_validation_measures.mse, 0.4 * diagnosis.before_validation.mse);
 }
 

@@ -88,8 +88,8 @@ const Refit* best_pair(const std::vector<Refit>& pairs, const Refit* single,
 /// there goes before what shows soon and explains little. Null if nothing counts.
 const Refit* best_found(const std::vector<Refit>& refits);
 
-/// Of those that would count were no other effect looked at the first that goes before the best that
-/// counts; null if none does.
+/// Of those that would count were no other effect looked at the first that goes before the best
+/// that counts; null if none does.
 const Refit* before_by_itself(const std::vector<Refit>& refits, const Refit& best);
 
 /// How far an effect that was fitted is from none of it, by how that fit scatters. Of none of it
