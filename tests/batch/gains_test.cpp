@@ -115,6 +115,20 @@ TEST(Gains, TheFilterFollowsMoreWhereTheTorqueIsNoisier) {
   }
 }
 
+TEST(Gains, OfAStateThatNothingDisturbsFadeToNothing) {
+  Model model = published_estimate();  // and not to less than normal, which takes ages
+  model.add_effect("drive_lag");
+  model.parameter("drive_lag_time").value = 2e-3;
+  const std::vector<Sample> samples = noisy_samples(6000);
+  const Gains gains = filter_gains(model, rest(model, samples), samples, {}, {0.03});
+  EXPECT_EQ(std::ranges::count(gains.rows, FP_SUBNORMAL,
+                               [](double gain) { return std::fpclassify(gain); }),
+            0);
+  EXPECT_NE(gains(10, kArmStates), 0.0);
+  EXPECT_EQ(gains(samples.size() - 1, kArmStates), 0.0);
+  EXPECT_GT(gains(samples.size() - 1, kSpeedMotor), 0.0);
+}
+
 /// In closed loop: the controller sees the sensor's noise.
 Record coloured_record(double sensor_noise, double pole, double torque_noise,
                        double torque_pole = 0.0) {

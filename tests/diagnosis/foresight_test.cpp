@@ -9,7 +9,9 @@
 
 #include "armukf/batch/experiment.hpp"
 #include "armukf/batch/prediction.hpp"
+#include "armukf/batch/simulation.hpp"
 #include "armukf/diagnosis/trace_records.hpp"
+#include "armukf/model/catalogue.hpp"
 #include "armukf/model/plant.hpp"
 
 namespace armukf {
@@ -157,7 +159,7 @@ TEST(Blocks, AreEighthsOfAllPieces) {
 TEST(Thinned, HasEverySecondSampleAndTheTorqueBetween) {
   Record record = record_of(published_estimate(), 1001);
   record.samples[7].t += 1e-4;  // a clock that is not quite even
-  const Thinned thin = thinned({record});
+  const Thinned thin = thinned({record}, {});
   EXPECT_EQ(thin.times, 2);
   ASSERT_EQ(thin.pieces[0].samples.size(), 501U);
   double impulse = 0.0;  // N.m.s
@@ -174,9 +176,50 @@ TEST(Thinned, HasEverySecondSampleAndTheTorqueBetween) {
 TEST(Thinned, LeavesAThousandSamplesASecondAsTheyAre) {
   Record record = record_of(published_estimate(), 1000);
   for (Sample& sample : record.samples) sample.t *= 2.0;
-  const Thinned thin = thinned({record});
+  const Thinned thin = thinned({record}, {});
   EXPECT_EQ(thin.times, 1);
   EXPECT_EQ(thin.pieces[0].samples.size(), 1000U);
+}
+
+TEST(Thinned, TakesAsManyStepsAsBefore) {
+  Model model = published_estimate();
+  const Thinned thin = thinned({record_of(model, 1000)}, {});
+  model.add_effect("flexible_mode_motor");
+  EXPECT_DOUBLE_EQ(thin.steps_of(model).max_step_s, 2.0 * Propagation{}.max_step_s);
+  model.add_effect("drive_lag");  // without a lag its state is as quick as steps may follow
+  EXPECT_DOUBLE_EQ(thin.steps_of(model).max_step_s, Propagation{}.max_step_s);
+  model.parameter("drive_lag_time").value = 3e-3;
+  EXPECT_DOUBLE_EQ(thin.steps_of(model).max_step_s, 2.0 * Propagation{}.max_step_s);
+}
+
+TEST(Thinned, SimulatesEveryEffectAsTheWholeRecordDoes) {
+  // Each of its grid's sizes, and none of it.
+  const Model arm = published_estimate();
+  const std::vector<Record> pieces{record_of(arm, 3000)};
+  const Thinned thin = thinned(pieces, {});
+  for (const std::string_view effect : effect_names()) {
+    Model model = arm;
+    model.add_effect(effect);
+    const std::vector<double> x0(model.states.size(), 0.0);
+    for (const double times : {0.0, 1.0}) {
+      for (const EffectSlot& slot : model.effects) {
+        const std::vector<EffectParameter> own = parameters_of(slot.effect);
+        for (std::size_t i = 0; i < own.size(); ++i)
+          if (own[i].role == Role::kSize)
+            model.parameters[slot.first_parameter + i].value = times * own[i].scale;
+      }
+      const std::vector<double> all = simulate(model, x0, pieces[0].samples, {});
+      const std::vector<double> half =
+          simulate(model, x0, thin.pieces[0].samples, thin.steps_of(model));
+      double error = 0.0;
+      double power = 0.0;
+      for (std::size_t k = 0; k < half.size(); ++k) {
+        error += std::pow(half[k] - all[2 * k], 2);
+        power += std::pow(all[2 * k], 2);
+      }
+      EXPECT_LT(error, 1e-4 * power) << effect << " times " << times;
+    }
+  }
 }
 
 TEST(Thinned, ShowsTheSameErrors) {
@@ -186,7 +229,7 @@ TEST(Thinned, ShowsTheSameErrors) {
   Model soft = truth;
   soft.parameter("k_g1").value *= 0.7;
   const std::vector<Record> pieces{record_of(truth, 8000, 0.02)};
-  const Thinned thin = thinned(pieces);
+  const Thinned thin = thinned(pieces, {});
   const auto ratio = [&](const Model& model, Horizon h) {
     const StatesOfPieces x0 = states_before(model, pieces, {});
     return foresight_errors(model, x0, thin.pieces, {}, {}, kNear, kLast, thin.times).all[h] /
@@ -202,11 +245,11 @@ TEST(Thinned, ShowsTheSameErrors) {
 TEST(FitForesight, EndsNearTheSameParametersWithEverySecondSample) {
   const Model truth = published_estimate();
   const std::vector<Record> pieces{record_of(truth, 6000)};
-  const Thinned thin = thinned(pieces);
+  const Thinned thin = thinned(pieces, {});
   const ForesightFit all =
       fit_foresight(truth, {}, pieces, {}, kForesightDensity, 20, Extent::kJudged);
-  const ForesightFit half =
-      fit_foresight(truth, {}, thin.pieces, {}, thinned_density(kForesightDensity, thin.times), 20);
+  const ForesightFit half = fit_foresight(truth, {}, thin.pieces, thin.steps_of(truth),
+                                          thinned_density(kForesightDensity, thin.times), 20);
   for (std::size_t i = 0; i < all.fitted.size(); ++i) {
     const int at = all.fitted[i];
     EXPECT_NEAR(half.model.parameters[at].value, all.model.parameters[at].value, 3.0 * all.sd[i])

@@ -59,6 +59,15 @@ struct Gaussian {
   double deviation(int i) const { return std::sqrt(variance(i)); }
 };
 
+/// Covariances that are too small to matter become 0, as derivatives do (singles.hpp): those of a
+/// state that nothing disturbs would fade until they are less than normal.
+template <class Shape>
+void drop_traces(Gaussian<Shape>& belief) {
+  constexpr double kTrace = 1e-100;  // whose square is normal
+  for (int i = 0; i < belief.shape.size(); ++i)
+    for (Pack& v : belief.covariance[i].packs) v = v < kTrace && v > -kTrace ? Pack{} : v;
+}
+
 /// Columns of the lower Cholesky root L, L L' = covariance: columns[j] holds L(:, j), zero above
 /// the diagonal. Returns false, and leaves the columns unusable, where the covariance is not
 /// positive.

@@ -51,14 +51,15 @@ std::tuple<bool, bool, double> rank(const FittedModel& fit) {
 FoundMinimum searched_thinned(const Model& model, const std::vector<Record>& pieces,
                               const IdentifySettings& settings) {
   constexpr double kNearby = 1e-5;  // of the sum of squares
-  const Thinned looked_at = thinned(pieces);
+  const Thinned looked_at = thinned(pieces, settings.propagation);
+  const Propagation steps = looked_at.steps_of(model);
   const StatesOfPieces x0 = settings.first_states.empty()
-                                ? phased_states(model, looked_at.pieces, settings.propagation)
+                                ? phased_states(model, looked_at.pieces, steps)
                                 : settings.first_states;
   return searched_for_simulation(model, x0,
                                  {looked_at.pieces,
                                   settings.initial,
-                                  settings.propagation,
+                                  steps,
                                   {.iterations = settings.iterations, .cost_tolerance = kNearby},
                                   settings.derivatives});
 }

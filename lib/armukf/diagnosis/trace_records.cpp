@@ -11,6 +11,7 @@
 #include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/diagnosis/foresight.hpp"
+#include "armukf/model/catalogue.hpp"
 
 namespace armukf {
 namespace {
@@ -84,7 +85,18 @@ TraceRecords trace_records(const std::vector<Record>& estimation,
   return records;
 }
 
-Thinned thinned(std::vector<Record> pieces) {
+Propagation Thinned::steps_of(const Model& model) const {
+  constexpr double kSlow = 1000.0;  // 1/s: a step of a millisecond follows it to a hundredth
+  const std::vector<double> values = model.values();
+  const auto is_slow = [&](const EffectSlot& slot) {
+    return fastest_rate(slot.effect, &values[slot.first_parameter]) < kSlow;
+  };
+  Propagation steps = propagation;
+  if (std::ranges::all_of(model.effects, is_slow)) steps.max_step_s *= times;
+  return steps;
+}
+
+Thinned thinned(std::vector<Record> pieces, const Propagation& propagation) {
   constexpr double kLongestInterval = 0.6e-3;  // s
   double duration = 0.0;
   double intervals = 0.0;
@@ -92,7 +104,7 @@ Thinned thinned(std::vector<Record> pieces) {
     duration += piece.samples.back().t - piece.samples.front().t;
     intervals += static_cast<double>(piece.samples.size()) - 1.0;
   }
-  if (!(duration < kLongestInterval * intervals)) return {std::move(pieces), 1};
+  if (!(duration < kLongestInterval * intervals)) return {std::move(pieces), propagation, 1};
   for (Record& piece : pieces) {
     const std::vector<Sample> all = std::move(piece.samples);
     piece.samples.clear();
@@ -106,7 +118,7 @@ Thinned thinned(std::vector<Record> pieces) {
       piece.samples.push_back(sample);
     }
   }
-  return {std::move(pieces), 2};
+  return {std::move(pieces), propagation, 2};
 }
 
 Blocks blocks_of(const std::vector<Record>& pieces) {
