@@ -322,27 +322,40 @@ std::vector<FoundMinimum> NoiseCheck::likeliest_of(const std::vector<Promise>& p
   return all;
 }
 
+double NoiseCheck::chance_of(const Likelier& one, const Looks& looks) {
+  return corrected(chi_square_tail(2.0 * std::max(0.0, one.gain), one.more), one.trial->effect,
+                   looks);
+}
+
+Refit NoiseCheck::refit_of(Likelier& one, const Looks& looks, const AcceptanceSettings& settings) {
+  one.gain = loss_without(one.found.model) - one.found.loss;
+  const double scatter_p = chance_at(one.found, *one.trial);
+  one.found.x0.resize(records_.estimation.size());
+  Refit refit =
+      refitted(*one.trial, one.found.model, one.found.x0, now_, looks, records_, settings);
+  refit.evidence.likelihood_gain = one.gain;
+  refit.evidence.scatter_p = scatter_p;
+  refit.evidence.statistic = 2.0 * one.gain;
+  refit.evidence.p_value = chance_of(one, looks);
+  refit.refusal = armukf::refusal(refit.evidence, settings);
+  refit.beyond_noise = true;
+  return refit;
+}
+
 std::vector<Refit> NoiseCheck::likelier(const std::vector<Trial>& trials, const Looks& looks,
                                         const AcceptanceSettings& settings) {
   if (!noise_can_be_all(settings)) return {};
   const std::vector<Promise> promises = promising(trials, looks);
-  std::vector<FoundMinimum> all = likeliest_of(promises);
-  struct Likelier {
-    const Trial* trial;
-    FoundMinimum* found;
-    double more;  // values that it fits
-    double gain;  // nats
-  };
-  const auto p_of = [&](const Likelier& one) {
-    return corrected(chi_square_tail(2.0 * std::max(0.0, one.gain), one.more), one.trial->effect,
-                     looks);
-  };
-  std::vector<Likelier> those;
-  for (std::size_t i = 0; i < all.size(); ++i)
-    those.push_back({promises[i].trial, &all[i], more_values(all[i].model, now_.fit.model),
-                     base_->loss - all[i].loss});
-  std::erase_if(those, [&](const Likelier& one) { return !(p_of(one) <= settings.most_p); });
-  std::ranges::stable_sort(those, std::greater{}, &Likelier::gain);
+  std::vector<FoundMinimum> found = likeliest_of(promises);
+  std::vector<Likelier> all;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const double more = more_values(found[i].model, now_.fit.model);
+    const double gain = base_->loss - found[i].loss;
+    all.push_back({promises[i].trial, std::move(found[i]), more, gain});
+  }
+  std::erase_if(all,
+                [&](const Likelier& one) { return !(chance_of(one, looks) <= settings.most_p); });
+  std::ranges::stable_sort(all, std::greater{}, &Likelier::gain);
   // By the likelihood, with a price for each parameter: H. Akaike, "A new look at the statistical
   // model identification", IEEE Trans. Autom. Control 19, 1974.
   const auto merit = [&](const Refit& r) {
@@ -353,28 +366,15 @@ std::vector<Refit> NoiseCheck::likelier(const std::vector<Trial>& trials, const 
   const auto add = [&](std::span<Likelier> some) {
     const std::size_t before = refits.size();
     refits.resize(before + some.size());
-    for_each_job(static_cast<int>(some.size()), [&](int i) {
-      Likelier& one = some[i];
-      one.gain = loss_without(one.found->model) - one.found->loss;
-      const double scatter_p = chance_at(*one.found, *one.trial);
-      one.found->x0.resize(records_.estimation.size());
-      Refit& refit = refits[before + i];
-      refit =
-          refitted(*one.trial, one.found->model, one.found->x0, now_, looks, records_, settings);
-      refit.evidence.likelihood_gain = one.gain;
-      refit.evidence.scatter_p = scatter_p;
-      refit.evidence.statistic = 2.0 * one.gain;
-      refit.evidence.p_value = p_of(one);
-      refit.refusal = armukf::refusal(refit.evidence, settings);
-      refit.beyond_noise = true;
-    });
+    for_each_job(static_cast<int>(some.size()),
+                 [&](int i) { refits[before + i] = refit_of(some[i], looks, settings); });
     std::ranges::stable_sort(refits, std::greater{}, merit);
   };
   // What gains far less waits until it is known that the likeliest does not count.
   const auto far_behind = std::ranges::find_if(
-      those, [&](const Likelier& one) { return one.gain < kAsMuch * those.front().gain; });
-  add({those.begin(), far_behind});
-  if (refits.empty() || !refits.front().refusal.empty()) add({far_behind, those.end()});
+      all, [&](const Likelier& one) { return one.gain < kAsMuch * all.front().gain; });
+  add({all.begin(), far_behind});
+  if (refits.empty() || !refits.front().refusal.empty()) add({far_behind, all.end()});
   for (std::size_t i = 1; i < refits.size(); ++i)
     if (refits[i].refusal.empty()) refits[i].refusal = "another makes the records likelier";
   return refits;
