@@ -9,9 +9,7 @@
 
 #include "armukf/batch/experiment.hpp"
 #include "armukf/batch/prediction.hpp"
-#include "armukf/batch/simulation.hpp"
 #include "armukf/diagnosis/trace_records.hpp"
-#include "armukf/model/catalogue.hpp"
 #include "armukf/model/plant.hpp"
 
 namespace armukf {
@@ -181,47 +179,6 @@ TEST(Thinned, LeavesAThousandSamplesASecondAsTheyAre) {
   EXPECT_EQ(thin.pieces[0].samples.size(), 1000U);
 }
 
-TEST(Thinned, TakesAsManyStepsAsBefore) {
-  Model model = published_estimate();
-  const Thinned thin = thinned({record_of(model, 1000)}, {});
-  model.add_effect("flexible_mode_motor");
-  EXPECT_DOUBLE_EQ(thin.steps_of(model).max_step_s, 2.0 * Propagation{}.max_step_s);
-  model.add_effect("drive_lag");  // without a lag its state is as quick as steps may follow
-  EXPECT_DOUBLE_EQ(thin.steps_of(model).max_step_s, Propagation{}.max_step_s);
-  model.parameter("drive_lag_time").value = 3e-3;
-  EXPECT_DOUBLE_EQ(thin.steps_of(model).max_step_s, 2.0 * Propagation{}.max_step_s);
-}
-
-TEST(Thinned, SimulatesEveryEffectAsTheWholeRecordDoes) {
-  // Each of its grid's sizes, and none of it.
-  const Model arm = published_estimate();
-  const std::vector<Record> pieces{record_of(arm, 3000)};
-  const Thinned thin = thinned(pieces, {});
-  for (const std::string_view effect : effect_names()) {
-    Model model = arm;
-    model.add_effect(effect);
-    const std::vector<double> x0(model.states.size(), 0.0);
-    for (const double times : {0.0, 1.0}) {
-      for (const EffectSlot& slot : model.effects) {
-        const std::vector<EffectParameter> own = parameters_of(slot.effect);
-        for (std::size_t i = 0; i < own.size(); ++i)
-          if (own[i].role == Role::kSize)
-            model.parameters[slot.first_parameter + i].value = times * own[i].scale;
-      }
-      const std::vector<double> all = simulate(model, x0, pieces[0].samples, {});
-      const std::vector<double> half =
-          simulate(model, x0, thin.pieces[0].samples, thin.steps_of(model));
-      double error = 0.0;
-      double power = 0.0;
-      for (std::size_t k = 0; k < half.size(); ++k) {
-        error += std::pow(half[k] - all[2 * k], 2);
-        power += std::pow(all[2 * k], 2);
-      }
-      EXPECT_LT(error, 1e-4 * power) << effect << " times " << times;
-    }
-  }
-}
-
 TEST(Thinned, ShowsTheSameErrors) {
   // Of an arm whose gear is too soft: by horizons in time, not in samples. Of the truth, where half
   // as many measurements leave the filter twice the variance, no more than that.
@@ -248,8 +205,8 @@ TEST(FitForesight, EndsNearTheSameParametersWithEverySecondSample) {
   const Thinned thin = thinned(pieces, {});
   const ForesightFit all =
       fit_foresight(truth, {}, pieces, {}, kForesightDensity, 20, Extent::kJudged);
-  const ForesightFit half = fit_foresight(truth, {}, thin.pieces, thin.steps_of(truth),
-                                          thinned_density(kForesightDensity, thin.times), 20);
+  const ForesightFit half =
+      fit_foresight(truth, {}, thin.pieces, {}, thinned_density(kForesightDensity, thin.times), 20);
   for (std::size_t i = 0; i < all.fitted.size(); ++i) {
     const int at = all.fitted[i];
     EXPECT_NEAR(half.model.parameters[at].value, all.model.parameters[at].value, 3.0 * all.sd[i])

@@ -102,6 +102,7 @@ std::vector<double> NoiseSearch::keep(const std::vector<FilterNoise>& noises) {
   }
   const std::vector<double> found = losses_(different);
   std::vector<double> losses;
+  losses.reserve(of.size());
   for (const std::size_t i : of) losses.push_back(found[i]);
   const auto least = std::ranges::min_element(losses);
   if (*least < best_loss_) {

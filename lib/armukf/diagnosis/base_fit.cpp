@@ -52,14 +52,13 @@ FoundMinimum searched_thinned(const Model& model, const std::vector<Record>& pie
                               const IdentifySettings& settings) {
   constexpr double kNearby = 1e-5;  // of the sum of squares
   const Thinned looked_at = thinned(pieces, settings.propagation);
-  const Propagation steps = looked_at.steps_of(model);
   const StatesOfPieces x0 = settings.first_states.empty()
-                                ? phased_states(model, looked_at.pieces, steps)
+                                ? phased_states(model, looked_at.pieces, settings.propagation)
                                 : settings.first_states;
   return searched_for_simulation(model, x0,
                                  {looked_at.pieces,
                                   settings.initial,
-                                  steps,
+                                  settings.propagation,
                                   {.iterations = settings.iterations, .cost_tolerance = kNearby},
                                   settings.derivatives});
 }

@@ -120,7 +120,7 @@ std::vector<Record> beginnings(std::vector<Record> pieces) {
 /// A fit to the thinned pieces: what another one, to all samples, begins with.
 ForesightFit thinned_fit(const Model& model, const StatesOfPieces& x0, const Thinned& records,
                          double density, int iterations, Extent extent) {
-  ForesightFit fit = fit_foresight(model, x0, records.pieces, records.steps_of(model),
+  ForesightFit fit = fit_foresight(model, x0, records.pieces, records.propagation,
                                    thinned_density(density, records.times), iterations, extent);
   fit.density = density;
   return fit;
@@ -142,7 +142,7 @@ struct BaseGains {
 
 BaseGains gains_on(const ForesightFit& base, const Thinned& records, double density) {
   const auto of = [&](double d) {
-    return foresight_gains(base.model, base.x0, records.pieces, records.steps_of(base.model),
+    return foresight_gains(base.model, base.x0, records.pieces, records.propagation,
                            thinned_density(d, records.times));
   };
   BaseGains gains{of(kForesightDensity), {}};
@@ -223,8 +223,8 @@ Starts starts_on(const std::vector<ForesightFit>& bases, std::size_t base,
 
 /// Of what it foretells of what it was fitted to.
 double level_of(const ForesightFit& fit, const Thinned& records) {
-  return foresight_errors(fit.model, fit.x0, records.pieces, records.steps_of(fit.model), {},
-                          kMiddle, kFar, records.times)
+  return foresight_errors(fit.model, fit.x0, records.pieces, records.propagation, {}, kMiddle, kFar,
+                          records.times)
       .level();
 }
 
@@ -250,13 +250,13 @@ struct Beginning {
   }
 
   double level(const ForesightFit& fit, std::size_t base) const {
-    return begun_errors(fit, records.pieces, records.steps_of(fit.model), gains[base].judging,
+    return begun_errors(fit, records.pieces, records.propagation, gains[base].judging,
                         records.times)
         .level();
   }
 
   ForesightFit begun(const Suggestion& from, std::size_t base) const {
-    return begin_foresight(from.model, from.x0, records.pieces, records.steps_of(from.model),
+    return begin_foresight(from.model, from.x0, records.pieces, records.propagation,
                            gains[base].fitting, kFirst);
   }
 };

@@ -11,7 +11,6 @@
 #include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/diagnosis/foresight.hpp"
-#include "armukf/model/catalogue.hpp"
 
 namespace armukf {
 namespace {
@@ -83,17 +82,6 @@ TraceRecords trace_records(const std::vector<Record>& estimation,
         throw InputError(record.name, 0, "",
                          "is the estimation record; validation needs data that was not fitted");
   return records;
-}
-
-Propagation Thinned::steps_of(const Model& model) const {
-  constexpr double kSlow = 1000.0;  // 1/s: a step of a millisecond follows it to a hundredth
-  const std::vector<double> values = model.values();
-  const auto is_slow = [&](const EffectSlot& slot) {
-    return fastest_rate(slot.effect, &values[slot.first_parameter]) < kSlow;
-  };
-  Propagation steps = propagation;
-  if (std::ranges::all_of(model.effects, is_slow)) steps.max_step_s *= times;
-  return steps;
 }
 
 Thinned thinned(std::vector<Record> pieces, const Propagation& propagation) {

@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "armukf/core/record.hpp"
-#include "armukf/model/model.hpp"
 #include "armukf/ode/propagation.hpp"
 
 namespace armukf {
@@ -31,10 +30,6 @@ struct Thinned {
   std::vector<Record> pieces;
   Propagation propagation;  // of the record
   int times = 1;
-
-  /// From one of these samples to the next: as many steps as from one of the record's, but where
-  /// states of the model need shorter ones.
-  Propagation steps_of(const Model& model) const;
 };
 
 /// Every second sample, the torque held from one to the next as it was on average, where that

@@ -87,15 +87,6 @@ bool colours_noise(const CataloguedEffect& effect) {
                     effect);
 }
 
-double fastest_rate(const CataloguedEffect& effect, const double* parameters) {
-  return std::visit(
-      [&]<class E>(const E&) {
-        if constexpr (MayBeQuick<E>) return E::fastest(parameters);
-        return 0.0;
-      },
-      effect);
-}
-
 bool is_tried_last(const CataloguedEffect& effect) {
   return std::visit([]<class E>(const E&) { return LearntLaw<E> || TriedLast<E>; }, effect);
 }

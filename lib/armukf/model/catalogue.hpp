@@ -104,10 +104,6 @@ bool may_be_several(const CataloguedEffect& effect);
 /// of the torque another colour.
 bool colours_noise(const CataloguedEffect& effect);
 
-/// The rate (1/s) of the quickest of its states with those parameters; 0 where none is quicker than
-/// a millisecond, whatever they are.
-double fastest_rate(const CataloguedEffect& effect, const double* parameters);
-
 /// Whether a search tries it only where no other helps: rare effects, and laws that are learnt.
 bool is_tried_last(const CataloguedEffect& effect);
 

@@ -220,9 +220,6 @@ struct EffectState {
 /// helps, as it does learnt laws; `several`, of what may happen more than once, as what repeats or
 /// swings may be there several times in any case; `answer`, of a part of the drive, which is a
 /// torque on the motor beside what reaches it of the command.
-/// An effect whose states may be quicker than a millisecond tells
-///
-///     fastest(p)                    -> 1/s, the rate of the quickest of them
 template <class E>
 concept Effect = requires {
   { E::name } -> std::convertible_to<std::string_view>;
@@ -263,11 +260,6 @@ concept PartOfDrive = requires {
 
 template <class E>
 concept LatePartOfDrive = PartOfDrive<E> && E::answer == Answer::kLate;
-
-template <class E>
-concept MayBeQuick = requires(const double* p) {
-  { E::template fastest<double>(p) } -> std::same_as<double>;
-};
 
 /// What a learnt law is a law of, for whoever reads its curve.
 struct LawAxes {

@@ -18,18 +18,13 @@ struct DriveLag {
   static constexpr std::array states{EffectState{"drive_torque", "N.m", Beginning::kZero, 1.0}};
 
   template <class T>
-  static T fastest(const T* p) {
-    return lag_rate(p[0]);
-  }
-
-  template <class T>
   static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
-    return {p[0] * fastest(p) * (x[0] - motion.input)};
+    return {p[0] * lag_rate(p[0]) * (x[0] - motion.input)};
   }
 
   template <class T>
   static void rates(const Motion<T>& motion, const T* x, const T* p, T* dx) {
-    dx[0] = fastest(p) * (motion.input - x[0]);
+    dx[0] = lag_rate(p[0]) * (motion.input - x[0]);
   }
 };
 

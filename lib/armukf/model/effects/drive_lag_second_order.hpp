@@ -27,22 +27,23 @@ struct DriveLagSecondOrder {
       EffectState{"drive_response", "N.m", Beginning::kZero, 1.0},
       EffectState{"drive_response_rate", "N.m", Beginning::kZero, 1.0}};  // of it, times T
 
-  /// omega; a damping of 1 doubles what the fixed step has to follow.
-  template <class T>
-  static T fastest(const T* p) {
-    return lag_rate(p[0], 4e-4);
-  }
-
   template <class T>
   static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
-    return {p[0] * fastest(p) * (x[0] - motion.input)};
+    return {p[0] * omega(p) * (x[0] - motion.input)};
   }
 
   template <class T>
   static void rates(const Motion<T>& motion, const T* x, const T* p, T* dx) {
-    const T rate = fastest(p);
+    const T rate = omega(p);
     dx[0] = rate * x[1];
     dx[1] = rate * (motion.input - x[0] - 2.0 * (p[1] * x[1]));
+  }
+
+ private:
+  /// 1/s; a damping of 1 doubles what the fixed step has to follow.
+  template <class T>
+  static T omega(const T* p) {
+    return lag_rate(p[0], 4e-4);
   }
 };
 

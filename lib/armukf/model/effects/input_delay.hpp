@@ -20,18 +20,13 @@ struct InputDelay {
       EffectState{"input_delay_second", "N.m", Beginning::kZero, 1.0}};
 
   template <class T>
-  static T fastest(const T* p) {
-    return lag_rate(T(0.25 * p[0]));
-  }
-
-  template <class T>
   static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
     return {output(first(motion, x, p), x[1], p) - motion.input};
   }
 
   template <class T>
   static void rates(const Motion<T>& motion, const T* x, const T* p, T* dx) {
-    const T pole = fastest(p);
+    const T pole = lag_rate(T(0.25 * p[0]));
     dx[0] = pole * (motion.input - x[0]);
     dx[1] = pole * (first(motion, x, p) - x[1]);
   }

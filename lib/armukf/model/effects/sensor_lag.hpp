@@ -17,18 +17,13 @@ struct SensorLag {
   static constexpr std::array states{EffectState{"sensor_speed", "rad/s", Beginning::kSpeed, 0.5}};
 
   template <class T>
-  static T fastest(const T* p) {
-    return lag_rate(p[0]);
-  }
-
-  template <class T>
   static T sensed(const Motion<T>& motion, const T* x, const T* p) {
-    return p[0] * fastest(p) * (x[0] - motion.speed_motor());
+    return p[0] * lag_rate(p[0]) * (x[0] - motion.speed_motor());
   }
 
   template <class T>
   static void rates(const Motion<T>& motion, const T* x, const T* p, T* dx) {
-    dx[0] = fastest(p) * (motion.speed_motor() - x[0]);
+    dx[0] = lag_rate(p[0]) * (motion.speed_motor() - x[0]);
   }
 };
 
