@@ -23,16 +23,17 @@ class AheadScoreOfAnOffset : public ::testing::Test {
     Model with = published_estimate();
     with.add_effect("torque_bias");
     with.parameter("torque_bias").value = kOffset;
-    records_.pieces.push_back(noisy_record(with, 4000, 0.1, 0.5, 1));
-    x0_ = states_before(base_, records_.pieces, {});
+    pieces_.push_back(noisy_record(with, 4000, 0.1, 0.5, 1));
+    x0_ = states_before(base_, pieces_, {});
   }
 
   AheadScore score() const {
-    return {base_, x0_, records_, foresight_gains(base_, x0_, records_.pieces, {})};
+    return {base_, x0_, pieces_, propagation_, foresight_gains(base_, x0_, pieces_, propagation_)};
   }
 
   Model base_ = published_estimate();
-  Thinned records_;
+  Propagation propagation_;
+  std::vector<Record> pieces_;
   StatesOfPieces x0_;
 };
 
@@ -46,7 +47,7 @@ TEST_F(AheadScoreOfAnOffset, SuggestsItsSize) {
 TEST_F(AheadScoreOfAnOffset, OfATrialIsTheSameWhateverIsScoredWithIt) {
   const Suggested suggested{{1.0, 2.0}, {1.0, 2.0}, {1.0, 2.0}, {30.0}, 2.0, 1.0};
   std::vector<Trial> trials = trials_for(base_, suggested);
-  for (Trial& law : last_trials_for(base_, suggested, records_.pieces, {}))
+  for (Trial& law : last_trials_for(base_, suggested, pieces_, {}))
     trials.push_back(std::move(law));
   const Crew crew(2);
   const std::vector<Suggestion> together = score()(trials);

@@ -11,10 +11,9 @@ namespace armukf {
 /// at once, the logarithm of the density, the sensor's pole and -ln(1 - pole) of the torque.
 class NoiseSearch {
  public:
-  /// Of each of so many noises. Is called by all threads of the crew.
-  using Losses = std::function<std::vector<double>(const std::vector<FilterNoise>&)>;
-
-  NoiseSearch(const FilterNoise& start, Losses losses, TorqueNoise torque = TorqueNoise::kColoured);
+  /// loss: is called by all threads of the crew.
+  NoiseSearch(const FilterNoise& start, std::function<double(const FilterNoise&)> loss,
+              TorqueNoise torque = TorqueNoise::kColoured);
 
   const FilterNoise& best() const { return best_; }
   double loss() const { return best_loss_; }  // of the best
@@ -38,7 +37,7 @@ class NoiseSearch {
   /// To the least of the quadratic function through places about the best.
   void take_step();
 
-  Losses losses_;
+  std::function<double(const FilterNoise&)> loss_;
   TorqueNoise torque_;
   FilterNoise best_;
   double best_loss_;
