@@ -229,7 +229,6 @@ InnovationSums filter(const Setting& setting, Shape shape, Visit visit, See see)
   InnovationSums sums;
   const std::vector<Sample>& samples = setting.samples;
   const std::size_t faded = first_faded(samples);
-  constexpr std::size_t kDropped = 16;  // samples between
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (k > 0) {
       const double dt = samples[k].t - samples[k - 1].t;
@@ -253,7 +252,7 @@ InnovationSums filter(const Setting& setting, Shape shape, Visit visit, See see)
       if (k >= faded) sums.add(update.innovation);
       see(k, update);
     }
-    if (k % kDropped == 0) drop_traces(belief);
+    if (k % kTracesDropped == 0) drop_traces(belief);
     visit(k, belief.mean);
   }
   return sums;

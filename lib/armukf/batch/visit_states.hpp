@@ -21,6 +21,9 @@ namespace armukf {
 inline constexpr int kFewStates = 8;
 inline constexpr int kSomeStates = 12;
 
+/// Samples from where traces are dropped (drop_traces) to where they are again.
+inline constexpr std::size_t kTracesDropped = 16;
+
 inline double value_of(double x) { return x; }
 template <int N, class Gradient>
 double value_of(const Dual<N, Gradient>& x) {
@@ -75,9 +78,8 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
       if (more_shown) return dynamics.sensed(samples[k].t - begin, input(k), x.data());
     return T(0.0);
   };
-  constexpr std::size_t kDropped = 16;  // samples between
-  T expected(0.0);                      // rad/s, of the sensor's noise
-  T torque_noise(0.0);                  // rad/s^2, of the motor
+  T expected(0.0);      // rad/s, of the sensor's noise
+  T torque_noise(0.0);  // rad/s^2, of the motor
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (k > 0) {
       const Sample& last = samples[k - 1];
@@ -109,7 +111,7 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
     if (corrects) correct(model, gains, k, samples[k].y - y, x);
     if (corrects && !gains.torque_noise.empty())
       torque_noise += gains.torque_noise[k] * (samples[k].y - y);
-    if (k % kDropped == 0) {
+    if (k % kTracesDropped == 0) {
       for (T& row : x) drop_traces(row);
       drop_traces(torque_noise);
     }
