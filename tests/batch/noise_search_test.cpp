@@ -21,9 +21,20 @@ double valley(const FilterNoise& noise, const FilterNoise& least) {
          300.0 * sensor * sensor + 10.0 * density * sensor + 0.5 * std::pow(density, 4);
 }
 
+/// Of each noise that loss.
+template <class Loss>
+NoiseSearch::Losses each(const Loss& loss) {
+  return [loss](const std::vector<FilterNoise>& noises) {
+    std::vector<double> losses;
+    for (const FilterNoise& noise : noises) losses.push_back(loss(noise));
+    return losses;
+  };
+}
+
 TEST(NoiseSearch, FollowsAValley) {
   const FilterNoise least{0.2, 0.4, 0.9, true};
-  NoiseSearch search({1.0, 0.1, 0.3, true}, [&](const FilterNoise& n) { return valley(n, least); });
+  NoiseSearch search({1.0, 0.1, 0.3, true},
+                     each([&](const FilterNoise& n) { return valley(n, least); }));
   search.anywhere({{1.0, 0.3, 0.0, true}, {1.0, 0.3, 0.8, true}});
   search.polish(6);
   EXPECT_LT(search.loss(), 0.05);
@@ -36,7 +47,7 @@ TEST(NoiseSearch, FollowsAValley) {
 TEST(NoiseSearch, EndsAtABound) {
   const FilterNoise beyond{0.2, -0.3, 0.995, true};
   NoiseSearch search({0.2, 0.5, 0.9, true},
-                     [&](const FilterNoise& n) { return valley(n, beyond); });
+                     each([&](const FilterNoise& n) { return valley(n, beyond); }));
   search.polish(10);
   EXPECT_EQ(search.best().sensor_pole, 0.0);
   EXPECT_NEAR(search.best().torque_pole, -std::expm1(-3.5), 1e-9);
@@ -44,7 +55,8 @@ TEST(NoiseSearch, EndsAtABound) {
 
 TEST(NoiseSearch, KeepsWhatNothingIsBetterThan) {
   const FilterNoise start{0.2, 0.5, 0.9, true};
-  NoiseSearch search(start, [](const FilterNoise& n) { return n.density == 0.2 ? 1.0 : INFINITY; });
+  NoiseSearch search(start,
+                     each([](const FilterNoise& n) { return n.density == 0.2 ? 1.0 : INFINITY; }));
   search.anywhere({{1.0}});
   search.near({0.1});
   search.polish(3);
@@ -56,7 +68,7 @@ TEST(NoiseSearch, EndsWhereAStepBringsNothing) {
   std::atomic<int> calls = 0;
   const FilterNoise least{0.2, 0.4, 0.9, true};
   const Crew crew(2);
-  NoiseSearch search(least, [&](const FilterNoise& n) { return ++calls, valley(n, least); });
+  NoiseSearch search(least, each([&](const FilterNoise& n) { return ++calls, valley(n, least); }));
   search.polish(100);
   EXPECT_LT(calls, 20);
 }
@@ -65,10 +77,10 @@ TEST(NoiseSearch, EndsWhereAStepBringsNothing) {
 TEST(NoiseSearch, AsksForNoNoiseTwiceInAStep) {
   std::vector<FilterNoise> asked;
   const FilterNoise least{0.2, 0.5, 0.0, true};
-  NoiseSearch search(
-      {0.25, 0.45, 0.0, true},
-      [&](const FilterNoise& n) { return asked.push_back(n), valley(n, least); },
-      TorqueNoise::kWhite);
+  NoiseSearch search({0.25, 0.45, 0.0, true}, each([&](const FilterNoise& n) {
+                       return asked.push_back(n), valley(n, least);
+                     }),
+                     TorqueNoise::kWhite);
   asked.clear();  // the first is asked for again, in the middle of the step
   search.polish(1);
   for (std::size_t i = 0; i < asked.size(); ++i) {

@@ -23,17 +23,16 @@ class AheadScoreOfAnOffset : public ::testing::Test {
     Model with = published_estimate();
     with.add_effect("torque_bias");
     with.parameter("torque_bias").value = kOffset;
-    pieces_.push_back(noisy_record(with, 4000, 0.1, 0.5, 1));
-    x0_ = states_before(base_, pieces_, {});
+    records_.pieces.push_back(noisy_record(with, 4000, 0.1, 0.5, 1));
+    x0_ = states_before(base_, records_.pieces, {});
   }
 
   AheadScore score() const {
-    return {base_, x0_, pieces_, propagation_, foresight_gains(base_, x0_, pieces_, propagation_)};
+    return {base_, x0_, records_, foresight_gains(base_, x0_, records_.pieces, {})};
   }
 
   Model base_ = published_estimate();
-  Propagation propagation_;
-  std::vector<Record> pieces_;
+  Thinned records_;
   StatesOfPieces x0_;
 };
 
@@ -47,7 +46,7 @@ TEST_F(AheadScoreOfAnOffset, SuggestsItsSize) {
 TEST_F(AheadScoreOfAnOffset, OfATrialIsTheSameWhateverIsScoredWithIt) {
   const Suggested suggested{{1.0, 2.0}, {1.0, 2.0}, {1.0, 2.0}, {30.0}, 2.0, 1.0};
   std::vector<Trial> trials = trials_for(base_, suggested);
-  for (Trial& law : last_trials_for(base_, suggested, pieces_, {}))
+  for (Trial& law : last_trials_for(base_, suggested, records_.pieces, {}))
     trials.push_back(std::move(law));
   const Crew crew(2);
   const std::vector<Suggestion> together = score()(trials);

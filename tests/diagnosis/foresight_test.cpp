@@ -157,7 +157,7 @@ TEST(Blocks, AreEighthsOfAllPieces) {
 TEST(Thinned, HasEverySecondSampleAndTheTorqueBetween) {
   Record record = record_of(published_estimate(), 1001);
   record.samples[7].t += 1e-4;  // a clock that is not quite even
-  const Thinned thin = thinned({record});
+  const Thinned thin = thinned({record}, {});
   EXPECT_EQ(thin.times, 2);
   ASSERT_EQ(thin.pieces[0].samples.size(), 501U);
   double impulse = 0.0;  // N.m.s
@@ -174,7 +174,7 @@ TEST(Thinned, HasEverySecondSampleAndTheTorqueBetween) {
 TEST(Thinned, LeavesAThousandSamplesASecondAsTheyAre) {
   Record record = record_of(published_estimate(), 1000);
   for (Sample& sample : record.samples) sample.t *= 2.0;
-  const Thinned thin = thinned({record});
+  const Thinned thin = thinned({record}, {});
   EXPECT_EQ(thin.times, 1);
   EXPECT_EQ(thin.pieces[0].samples.size(), 1000U);
 }
@@ -186,7 +186,7 @@ TEST(Thinned, ShowsTheSameErrors) {
   Model soft = truth;
   soft.parameter("k_g1").value *= 0.7;
   const std::vector<Record> pieces{record_of(truth, 8000, 0.02)};
-  const Thinned thin = thinned(pieces);
+  const Thinned thin = thinned(pieces, {});
   const auto ratio = [&](const Model& model, Horizon h) {
     const StatesOfPieces x0 = states_before(model, pieces, {});
     return foresight_errors(model, x0, thin.pieces, {}, {}, kNear, kLast, thin.times).all[h] /
@@ -202,7 +202,7 @@ TEST(Thinned, ShowsTheSameErrors) {
 TEST(FitForesight, EndsNearTheSameParametersWithEverySecondSample) {
   const Model truth = published_estimate();
   const std::vector<Record> pieces{record_of(truth, 6000)};
-  const Thinned thin = thinned(pieces);
+  const Thinned thin = thinned(pieces, {});
   const ForesightFit all =
       fit_foresight(truth, {}, pieces, {}, kForesightDensity, 20, Extent::kJudged);
   const ForesightFit half =

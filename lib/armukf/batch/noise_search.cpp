@@ -58,9 +58,11 @@ Place step_within(const Eigen::Matrix3d& bend, const Place& slope, const Place& 
 
 }  // namespace
 
-NoiseSearch::NoiseSearch(const FilterNoise& start, std::function<double(const FilterNoise&)> loss,
-                         TorqueNoise torque)
-    : loss_(std::move(loss)), torque_(torque), best_(start), best_loss_(loss_(start)) {}
+NoiseSearch::NoiseSearch(const FilterNoise& start, Losses losses, TorqueNoise torque)
+    : losses_(std::move(losses)),
+      torque_(torque),
+      best_(start),
+      best_loss_(losses_({start}).front()) {}
 
 void NoiseSearch::anywhere(const std::vector<FilterNoise>& noises) {
   std::vector<FilterNoise> found(noises.size());
@@ -71,8 +73,13 @@ void NoiseSearch::anywhere(const std::vector<FilterNoise>& noises) {
 
 void NoiseSearch::near(const FilterNoise& noise) {
   constexpr double kNear = 1.0;  // of the logarithm
+  constexpr int kPlaces = 7;
   const double x = std::log(noise.density);
-  keep({best_density(noise, std::max(lowest()[0], x - kNear), std::min(highest()[0], x + kNear))});
+  std::vector<FilterNoise> places(kPlaces, noise);
+  for (int i = 0; i < kPlaces; ++i)
+    places[i].density = std::exp(
+        std::clamp(x + kNear * (2.0 * i / (kPlaces - 1) - 1.0), lowest()[0], highest()[0]));
+  keep(places);
 }
 
 void NoiseSearch::polish(int most_steps) {
@@ -85,16 +92,18 @@ void NoiseSearch::polish(int most_steps) {
 }
 
 std::vector<double> NoiseSearch::keep(const std::vector<FilterNoise>& noises) {
-  std::vector<double> losses(noises.size());
   // Of a torque that is white two noises may be the same.
-  const auto first_alike = [&](int i) {
-    return std::ranges::find(noises, noises[i]) - noises.begin();
-  };
-  const auto count = static_cast<int>(noises.size());
-  for_each_job(count, [&](int i) {
-    if (first_alike(i) == i) losses[i] = loss_(noises[i]);
-  });
-  for (int i = 0; i < count; ++i) losses[i] = losses[first_alike(i)];
+  std::vector<FilterNoise> different;
+  std::vector<std::size_t> of;
+  for (const FilterNoise& noise : noises) {
+    const auto at = std::ranges::find(different, noise);
+    of.push_back(at - different.begin());
+    if (at == different.end()) different.push_back(noise);
+  }
+  const std::vector<double> found = losses_(different);
+  std::vector<double> losses;
+  losses.reserve(of.size());
+  for (const std::size_t i : of) losses.push_back(found[i]);
   const auto least = std::ranges::min_element(losses);
   if (*least < best_loss_) {
     best_loss_ = *least;
@@ -107,7 +116,7 @@ FilterNoise NoiseSearch::best_density(FilterNoise noise, double low, double high
   constexpr int kSteps = 3;  // leave a quarter of the bounds
   const auto loss = [&](double x) {
     noise.density = std::exp(x);
-    return loss_(noise);
+    return losses_({noise}).front();
   };
   noise.density = std::exp(golden_section(low, high, loss, kSteps));
   return noise;

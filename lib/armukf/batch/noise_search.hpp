@@ -11,9 +11,10 @@ namespace armukf {
 /// at once, the logarithm of the density, the sensor's pole and -ln(1 - pole) of the torque.
 class NoiseSearch {
  public:
-  /// loss: is called by all threads of the crew.
-  NoiseSearch(const FilterNoise& start, std::function<double(const FilterNoise&)> loss,
-              TorqueNoise torque = TorqueNoise::kColoured);
+  /// Of each of so many noises. Is called by all threads of the crew.
+  using Losses = std::function<std::vector<double>(const std::vector<FilterNoise>&)>;
+
+  NoiseSearch(const FilterNoise& start, Losses losses, TorqueNoise torque = TorqueNoise::kColoured);
 
   const FilterNoise& best() const { return best_; }
   double loss() const { return best_loss_; }  // of the best
@@ -37,7 +38,7 @@ class NoiseSearch {
   /// To the least of the quadratic function through places about the best.
   void take_step();
 
-  std::function<double(const FilterNoise&)> loss_;
+  Losses losses_;
   TorqueNoise torque_;
   FilterNoise best_;
   double best_loss_;

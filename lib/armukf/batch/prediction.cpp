@@ -9,7 +9,9 @@
 #include <utility>
 
 #include "armukf/batch/gains.hpp"
+#include "armukf/batch/noise_likelihood.hpp"
 #include "armukf/batch/noise_search.hpp"
+#include "armukf/batch/state_step.hpp"
 #include "armukf/batch/visit_states.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/parallel.hpp"
@@ -77,51 +79,16 @@ struct Setting {
   int rows() const { return torque_row() + (torque_coloured() ? 1 : 0); }
 };
 
-/// Model states from sample k - 1 to sample k, for rows of any number.
-template <class T>
-class Step {
- public:
-  explicit Step(const Setting& setting)
-      : setting_(setting), p_(to_numbers(setting.model)), dynamics_(setting.model, p_.data()) {}
-  Step(const Step&) = delete;  // the dynamics point into this
-  Step& operator=(const Step&) = delete;
-
-  template <class State>
-  void operator()(State& x, std::size_t k) const {
-    const Sample& last = setting_.samples[k - 1];
-    const auto f = [&, u = T(last.u)](const auto& state, auto& rate, double t) {
-      dynamics_.derivative(t, u, state.data(), rate.data());
-    };
-    propagate(setting_.propagation, f, x, last.t - setting_.begin(), setting_.samples[k].t - last.t,
-              rows_in_use<State>(setting_.model));
-  }
-
-  /// rad/s, what the sensor shows of these states at sample k.
-  template <class State>
-  T measured(const State& x, std::size_t k) const {
-    const Sample& sample = setting_.samples[k];
-    return dynamics_.measured(sample.t - setting_.begin(), T(sample.u), x.data());
-  }
-
- private:
-  static std::vector<T> to_numbers(const Model& model) {
-    const std::vector<double> values = model.values();
-    return {values.begin(), values.end()};
-  }
-
-  const Setting& setting_;
-  std::vector<T> p_;
-  Dynamics<T> dynamics_;
-};
-
-/// The same for the numbers by which the filter differentiates.
+/// Steps for the numbers by which the filter differentiates.
 template <class Shape>
 class LinearisedStep {
  public:
-  explicit LinearisedStep(const Setting& setting) : many_(setting), few_(setting) {}
+  explicit LinearisedStep(const Setting& setting)
+      : many_(setting.model, setting.samples, setting.propagation),
+        few_(setting.model, setting.samples, setting.propagation) {}
 
   template <class Number>
-  const Step<Number>& of() const {
+  const StateStep<Number>& of() const {
     if constexpr (std::is_same_v<Number, Many>) {
       return many_;
     } else {
@@ -133,8 +100,8 @@ class LinearisedStep {
   using Many = typename Linearised<Shape>::Many;
   using Few = typename Linearised<Shape>::Few;
 
-  Step<Many> many_;
-  Step<Few> few_;
+  StateStep<Many> many_;
+  StateStep<Few> few_;
 };
 
 /// White torque noise as variance added to each state per second.
@@ -156,18 +123,13 @@ double torque_drive(const Setting& setting) {
   return std::pow(mobility * setting.noise.density * (1.0 - setting.noise.torque_pole), 2);
 }
 
-/// States where a filter over a record begins. They may be guesses, of an arm that is in motion:
-/// as surely believed as if they had been found, they would mislead a filter that takes the motor's
-/// torque alone for noisy for seconds, and the noise would seem to be elsewhere.
+/// States where a filter over a record begins.
 template <class Shape>
 Gaussian<Shape> first_belief(const Setting& setting, Shape shape) {
   Gaussian<Shape> belief;
   belief.shape = shape;
   for (int i = 0; i < setting.states(); ++i) {
-    const Coordinate& state = setting.model.states[i];
-    const double sd = state.motive == Motive::kTwist   ? kTwistSpread
-                      : state.motive == Motive::kSpeed ? kSpeedSpread
-                                                       : state.spread;
+    const double sd = first_spread(setting.model.states[i]);
     belief.mean[i] = setting.x0[i];
     belief.covariance[i][i] = sd * sd;
   }
@@ -263,7 +225,7 @@ InnovationSums filter(const Setting& setting, Shape shape, Visit visit, See see)
 template <class Shape, class Visit>
 InnovationSums visit_predictions(const Setting& setting, Shape shape, std::size_t horizon,
                                  std::size_t stride, Visit visit) {
-  const Step<double> step(setting);
+  const StateStep<double> step(setting.model, setting.samples, setting.propagation);
   const auto predict = [&](std::size_t k, const auto& belief) {
     if (k + horizon >= setting.samples.size() || k % stride != 0) return;
     std::array<double, Shape::kStates> x{};
@@ -493,6 +455,17 @@ Prediction predict_ahead(Setting setting, Shape shape, std::size_t horizon) {
 
 }  // namespace
 
+double first_spread(const Coordinate& state) {
+  switch (state.motive) {
+    case Motive::kTwist:
+      return kTwistSpread;
+    case Motive::kSpeed:
+      return kSpeedSpread;
+    default:
+      return state.spread;
+  }
+}
+
 std::size_t first_faded(const std::vector<Sample>& samples) {
   constexpr double kFadedS = 1.0;     // s
   constexpr double kMostFaded = 0.1;  // of a short record
@@ -569,30 +542,32 @@ double log_likelihood(const Model& model, const StatesOfPieces& x0,
 FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
                             const std::vector<Record>& pieces, const Propagation& propagation,
                             const std::optional<FilterNoise>& near, TorqueNoise torque) {
-  constexpr std::size_t kEnough = 8000;  // samples of a piece
+  constexpr std::size_t kEnough = 20000;  // samples of a piece
+  constexpr std::size_t kEnoughOfAll = 80000;
   constexpr std::size_t kForALook = 3000;
+  constexpr double kLookedAlong = 0.1;  // a density, from which any other is not too far
   constexpr double kUsualTorquePole = 0.8;
   constexpr int kSteps = 6;
   constexpr int kStepsNear = 1;  // whoever begins near will come again
-  const auto loss_over = [&](std::size_t most) {
+  const auto losses_over = [&](std::size_t most, const FilterNoise& along) {
     std::vector<Record> parts;
     parts.reserve(pieces.size());
     for (const Record& piece : pieces) {
-      const auto count = static_cast<std::ptrdiff_t>(std::min(most, piece.samples.size()));
+      const std::size_t of_each = std::min(most, kEnoughOfAll / pieces.size());
+      const auto count = static_cast<std::ptrdiff_t>(std::min(of_each, piece.samples.size()));
       parts.push_back({piece.name, {piece.samples.begin(), piece.samples.begin() + count}});
     }
-    return [&, parts = std::move(parts)](const FilterNoise& noise) {
-      return -log_likelihood(model, x0, parts, propagation, noise);
-    };
+    return NoiseLikelihood(model, x0, parts, propagation, along);
   };
   if (near) {
-    NoiseSearch search(*near, loss_over(kEnough), torque);
+    NoiseSearch search(*near, losses_over(kEnough, *near), torque);
     FilterNoise elsewhere = *near;
     elsewhere.motor_alone = !near->motor_alone;
     search.near(elsewhere);
     search.polish(kStepsNear);
     return search.best();
   }
+  const NoiseSearch::Losses at_a_look = losses_over(kForALook, {kLookedAlong});
   std::array<std::optional<NoiseSearch>, 2> found;
   for_each_job(static_cast<int>(found.size()), [&](int i) {
     const bool motor_alone = i == 0;
@@ -601,9 +576,9 @@ FilterNoise likeliest_noise(const Model& model, const StatesOfPieces& x0,
       for (const double torque_pole : {0.0, kUsualTorquePole})
         if (torque_pole == 0.0 || (motor_alone && torque == TorqueNoise::kColoured))
           places.push_back({1.0, sensor_pole, torque_pole, motor_alone});
-    NoiseSearch look(places.front(), loss_over(kForALook), torque);
+    NoiseSearch look(places.front(), at_a_look, torque);
     look.anywhere(places);
-    found[i].emplace(look.best(), loss_over(kEnough), torque);
+    found[i].emplace(look.best(), losses_over(kEnough, look.best()), torque);
     found[i]->polish(kSteps);
   });
   return (found[1]->loss() < found[0]->loss() ? found[1] : found[0])->best();

@@ -51,6 +51,11 @@ std::vector<std::vector<double>> predictions_at(const Model& model, const std::v
                                                 const Propagation& propagation, const Gains& gains,
                                                 std::span<const int> horizons);
 
+/// Standard deviation of a state where a filter over a record begins. It may be a guess, of an arm
+/// that is in motion: as surely believed as if it had been found, it would mislead a filter that
+/// takes the motor's torque alone for noisy for seconds, and the noise would seem to be elsewhere.
+double first_spread(const Coordinate& state);
+
 /// The first sample at which what is not known of the initial states has faded: a second, or a
 /// tenth of a short record, after the first one. Until then what a filter makes of them depends on
 /// the sensor's noise, which is not known yet, and counts for nothing in a likelihood.

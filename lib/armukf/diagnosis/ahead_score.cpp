@@ -11,7 +11,6 @@
 
 #include "armukf/core/parallel.hpp"
 #include "armukf/diagnosis/base_fit.hpp"
-#include "armukf/diagnosis/foresight.hpp"
 #include "armukf/fit/dense.hpp"
 
 namespace armukf {
@@ -89,12 +88,10 @@ std::vector<Crowd> crowds_of(const std::vector<Trial>& trials, const Model& base
 
 }  // namespace
 
-AheadScore::AheadScore(const Model& base, const StatesOfPieces& x0,
-                       const std::vector<Record>& pieces, const Propagation& propagation,
+AheadScore::AheadScore(const Model& base, const StatesOfPieces& x0, const Thinned& records,
                        std::vector<Gains> gains)
-    : base_(base), x0_(x0), pieces_(pieces), propagation_(propagation), gains_(std::move(gains)) {
-  const WeightedInnovations own =
-      weighted_innovations(base, x0, pieces, propagation, gains_, base.unknowns());
+    : base_(base), x0_(x0), records_(records), gains_(std::move(gains)) {
+  const WeightedInnovations own = innovations(base, x0, base.unknowns());
   counted_ = static_cast<double>((own.error.array() != 0.0).count());
   explained_ = orthonormal_basis(own.columns);
   error_ = own.error - explained_ * (explained_.transpose() * own.error);
@@ -117,9 +114,7 @@ std::vector<AheadScore::Columns> AheadScore::columns_of_all(
   std::vector<std::vector<Columns>> found(crowds.size());
   for_each_job(static_cast<int>(crowds.size()), [&](int i) {
     const Crowd& crowd = crowds[i];
-    Columns columns = weighted_innovations(crowd.model(), crowd.initial_states(x0_), pieces_,
-                                           propagation_, gains_, crowd.sizes())
-                          .columns;
+    Columns columns = innovations(crowd.model(), crowd.initial_states(x0_), crowd.sizes()).columns;
     columns -= explained_ * (explained_.transpose() * columns);
     Eigen::Index first = 0;
     for (const Trial* trial : crowd.trials()) {
@@ -131,6 +126,11 @@ std::vector<AheadScore::Columns> AheadScore::columns_of_all(
   all.reserve(trials.size());
   for (std::vector<Columns>& some : found) std::ranges::move(some, std::back_inserter(all));
   return all;
+}
+
+WeightedInnovations AheadScore::innovations(const Model& model, const StatesOfPieces& x0,
+                                            const std::vector<int>& parameters) const {
+  return weighted_innovations(model, x0, records_.pieces, records_.propagation, gains_, parameters);
 }
 
 double AheadScore::gain_of(double share) const { return -0.5 * counted_ * std::log1p(-share); }

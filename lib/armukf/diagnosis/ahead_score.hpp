@@ -6,10 +6,10 @@
 
 #include "armukf/batch/gains.hpp"
 #include "armukf/batch/simulation.hpp"
-#include "armukf/core/record.hpp"
+#include "armukf/diagnosis/foresight.hpp"
+#include "armukf/diagnosis/trace_records.hpp"
 #include "armukf/diagnosis/trial.hpp"
 #include "armukf/model/model.hpp"
-#include "armukf/ode/propagation.hpp"
 
 namespace armukf {
 
@@ -42,9 +42,9 @@ struct Scores {
 /// judges, this only tells where a fit of an effect had better begin.
 class AheadScore {
  public:
-  /// x0, gains: one per piece. All but the gains must outlive this.
-  AheadScore(const Model& base, const StatesOfPieces& x0, const std::vector<Record>& pieces,
-             const Propagation& propagation, std::vector<Gains> gains);
+  /// x0, gains: one per piece of the records. All but the gains must outlive this.
+  AheadScore(const Model& base, const StatesOfPieces& x0, const Thinned& records,
+             std::vector<Gains> gains);
 
   /// One per trial. trials: of the base's model or of one with the same parameters, all of the
   /// same.
@@ -71,13 +71,15 @@ class AheadScore {
                                  const std::vector<Suggestion>& suggestions,
                                  const std::vector<Columns>& columns) const;
 
+  WeightedInnovations innovations(const Model& model, const StatesOfPieces& x0,
+                                  const std::vector<int>& parameters) const;
+
   /// What taking away so much of the innovations gains.
   double gain_of(double share) const;
 
   const Model& base_;
   const StatesOfPieces& x0_;
-  const std::vector<Record>& pieces_;
-  const Propagation& propagation_;
+  const Thinned& records_;
   std::vector<Gains> gains_;
   double counted_ = 0.0;       // innovations that say anything
   Eigen::MatrixXd explained_;  // orthonormal columns: what the base model's parameters explain

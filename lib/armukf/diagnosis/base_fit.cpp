@@ -51,7 +51,7 @@ std::tuple<bool, bool, double> rank(const FittedModel& fit) {
 FoundMinimum searched_thinned(const Model& model, const std::vector<Record>& pieces,
                               const IdentifySettings& settings) {
   constexpr double kNearby = 1e-5;  // of the sum of squares
-  const Thinned looked_at = thinned(pieces);
+  const Thinned looked_at = thinned(pieces, settings.propagation);
   const StatesOfPieces x0 = settings.first_states.empty()
                                 ? phased_states(model, looked_at.pieces, settings.propagation)
                                 : settings.first_states;

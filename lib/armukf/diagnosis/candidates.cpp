@@ -119,9 +119,8 @@ std::vector<Record> beginnings(std::vector<Record> pieces) {
 
 /// A fit to the thinned pieces: what another one, to all samples, begins with.
 ForesightFit thinned_fit(const Model& model, const StatesOfPieces& x0, const Thinned& records,
-                         const Propagation& propagation, double density, int iterations,
-                         Extent extent) {
-  ForesightFit fit = fit_foresight(model, x0, records.pieces, propagation,
+                         double density, int iterations, Extent extent) {
+  ForesightFit fit = fit_foresight(model, x0, records.pieces, records.propagation,
                                    thinned_density(density, records.times), iterations, extent);
   fit.density = density;
   return fit;
@@ -141,10 +140,9 @@ struct BaseGains {
   std::vector<Gains> fitting;
 };
 
-BaseGains gains_on(const ForesightFit& base, const Thinned& records, const Propagation& propagation,
-                   double density) {
+BaseGains gains_on(const ForesightFit& base, const Thinned& records, double density) {
   const auto of = [&](double d) {
-    return foresight_gains(base.model, base.x0, records.pieces, propagation,
+    return foresight_gains(base.model, base.x0, records.pieces, records.propagation,
                            thinned_density(d, records.times));
   };
   BaseGains gains{of(kForesightDensity), {}};
@@ -200,9 +198,9 @@ struct Starts {
 /// Every trial on top of a base, and of each effect the most promising.
 Starts starts_on(const std::vector<ForesightFit>& bases, std::size_t base,
                  const std::vector<Gains>& gains, const std::vector<Trial>& trials,
-                 std::size_t of_each, const Thinned& records, const Propagation& propagation) {
+                 std::size_t of_each, const Thinned& records) {
   const ForesightFit& fit = bases[base];
-  const AheadScore score(fit.model, fit.x0, records.pieces, propagation, gains);
+  const AheadScore score(fit.model, fit.x0, records, gains);
   Scores scores = score.with_pairs(trials);
   Starts starts;
   starts.single.reserve(trials.size());
@@ -224,8 +222,8 @@ Starts starts_on(const std::vector<ForesightFit>& bases, std::size_t base,
 }
 
 /// Of what it foretells of what it was fitted to.
-double level_of(const ForesightFit& fit, const Thinned& records, const Propagation& propagation) {
-  return foresight_errors(fit.model, fit.x0, records.pieces, propagation, {}, kMiddle, kFar,
+double level_of(const ForesightFit& fit, const Thinned& records) {
+  return foresight_errors(fit.model, fit.x0, records.pieces, records.propagation, {}, kMiddle, kFar,
                           records.times)
       .level();
 }
@@ -240,27 +238,26 @@ struct BegunFits {
 /// foretells of them.
 struct Beginning {
   const Thinned& records;
-  const Propagation& propagation;
   std::vector<BaseGains> gains;
   std::vector<double> levels;
 
-  Beginning(const std::vector<ForesightFit>& bases, const Thinned& thinned, const Propagation& p,
-            double density)
-      : records(thinned), propagation(p), gains(bases.size()), levels(bases.size()) {
+  Beginning(const std::vector<ForesightFit>& bases, const Thinned& thinned, double density)
+      : records(thinned), gains(bases.size()), levels(bases.size()) {
     for_each_job(static_cast<int>(bases.size()), [&](int i) {
-      gains[i] = gains_on(bases[i], records, propagation, density);
+      gains[i] = gains_on(bases[i], records, density);
       levels[i] = level(bases[i], i);
     });
   }
 
   double level(const ForesightFit& fit, std::size_t base) const {
-    return begun_errors(fit, records.pieces, propagation, gains[base].judging, records.times)
+    return begun_errors(fit, records.pieces, records.propagation, gains[base].judging,
+                        records.times)
         .level();
   }
 
   ForesightFit begun(const Suggestion& from, std::size_t base) const {
-    return begin_foresight(from.model, from.x0, records.pieces, propagation, gains[base].fitting,
-                           kFirst);
+    return begin_foresight(from.model, from.x0, records.pieces, records.propagation,
+                           gains[base].fitting, kFirst);
   }
 };
 
@@ -275,9 +272,8 @@ std::vector<Start> starts_of_happenings(const std::vector<ForesightFit>& bases, 
     own.push_back(&trial);
   }
   if (those.empty()) return {};
-  std::vector<Start> starts = starts_on(bases, base, whole.gains[base].judging, those, kMoments,
-                                        whole.records, whole.propagation)
-                                  .single;
+  std::vector<Start> starts =
+      starts_on(bases, base, whole.gains[base].judging, those, kMoments, whole.records).single;
   for (Start& start : starts) start.trial = own[start.trial - those.data()];
   return starts;
 }
@@ -285,17 +281,16 @@ std::vector<Start> starts_of_happenings(const std::vector<ForesightFit>& bases, 
 /// Every effect from its most promising starts on each base; the best of each, most promising
 /// first. records: as they are begun with, thinned.
 BegunFits begun_fits(const std::vector<Trial>& trials, const std::vector<ForesightFit>& bases,
-                     const Thinned& records, const Propagation& propagation, double density) {
-  const Thinned first_parts{beginnings(records.pieces), records.times};
+                     const Thinned& records, double density) {
+  const Thinned first_parts{beginnings(records.pieces), records.propagation, records.times};
   const std::size_t of_each = std::max<std::size_t>(2, kStarts / bases.size());
-  const Beginning first(bases, first_parts, propagation, density);
+  const Beginning first(bases, first_parts, density);
   std::optional<Beginning> whole;
-  if (std::ranges::any_of(trials, happens)) whole.emplace(bases, records, propagation, density);
+  if (std::ranges::any_of(trials, happens)) whole.emplace(bases, records, density);
   std::vector<Start> starts;
   BegunFits all;
   for (std::size_t base = 0; base < bases.size(); ++base) {
-    Starts on = starts_on(bases, base, first.gains[base].judging, trials, of_each, first_parts,
-                          propagation);
+    Starts on = starts_on(bases, base, first.gains[base].judging, trials, of_each, first_parts);
     std::erase_if(on.single, [](const Start& start) { return happens(*start.trial); });
     std::ranges::move(on.single, std::back_inserter(starts));
     std::ranges::move(on.pairs, std::back_inserter(all.pairs));
@@ -327,9 +322,9 @@ BegunFits begun_fits(const std::vector<Trial>& trials, const std::vector<Foresig
   for (Begun& b : begun) b.excess = b.level - usual[b.base];
   keep_best(begun, kBegun);
   for_each_job(static_cast<int>(begun.size()), [&](int i) {
-    begun[i].fit = thinned_fit(begun[i].fit.model, begun[i].fit.x0, records, propagation, density,
-                               kSecond, Extent::kBegun);
-    begun[i].level = level_of(begun[i].fit, records, propagation);
+    begun[i].fit =
+        thinned_fit(begun[i].fit.model, begun[i].fit.x0, records, density, kSecond, Extent::kBegun);
+    begun[i].level = level_of(begun[i].fit, records);
     begun[i].excess = begun[i].level - usual[begun[i].base];
   });
   keep_best(begun, kBegun);
@@ -342,12 +337,11 @@ BegunFits begun_fits(const std::vector<Trial>& trials, const std::vector<Foresig
 /// measurements, which no start is too far off for, then nearly to the end; the best of each
 /// effect, most promising first.
 std::vector<Begun> followed_fits(const std::vector<Trial>& trials, const ForesightFit& base,
-                                 const Thinned& records, const Propagation& propagation,
-                                 double density) {
+                                 const Thinned& records, double density) {
   constexpr std::size_t kOfEach = 2;
-  const BaseGains gains = gains_on(base, records, propagation, density);
+  const BaseGains gains = gains_on(base, records, density);
   std::vector<Start> starts =
-      starts_on({base}, 0, gains.judging, trials, trials.size(), records, propagation).single;
+      starts_on({base}, 0, gains.judging, trials, trials.size(), records).single;
   std::map<std::string, std::size_t> count;
   std::erase_if(starts, [&](const Start& start) {
     return ++count[start.trial->effect] > kOfEach && !happens(*start.trial);
@@ -355,11 +349,11 @@ std::vector<Begun> followed_fits(const std::vector<Trial>& trials, const Foresig
   std::vector<Begun> begun(starts.size());
   for_each_job(static_cast<int>(begun.size()), [&](int i) {
     const Suggestion& from = starts[i].suggestion;
-    const ForesightFit followed = thinned_fit(from.model, from.x0, records, propagation,
-                                              kFollowingDensity, kLong / 3, Extent::kNear);
-    begun[i] = {starts[i].trial, thinned_fit(followed.model, followed.x0, records, propagation,
-                                             density, kLong, Extent::kNear)};
-    begun[i].level = level_of(begun[i].fit, records, propagation);
+    const ForesightFit followed =
+        thinned_fit(from.model, from.x0, records, kFollowingDensity, kLong / 3, Extent::kNear);
+    begun[i] = {starts[i].trial,
+                thinned_fit(followed.model, followed.x0, records, density, kLong, Extent::kNear)};
+    begun[i].level = level_of(begun[i].fit, records);
   });
   keep_first(begun);
   return begun;
@@ -368,7 +362,7 @@ std::vector<Begun> followed_fits(const std::vector<Trial>& trials, const Foresig
 /// The first half of a fit.
 ForesightFit first_half(const Model& model, const StatesOfPieces& x0, const TraceRecords& records,
                         double density) {
-  return thinned_fit(model, x0, thinned(records.estimation), records.propagation, density,
+  return thinned_fit(model, x0, thinned(records.estimation, records.propagation), density,
                      kLong / 2, Extent::kNear);
 }
 
@@ -467,7 +461,7 @@ Chance chance_of(const Trial& trial, const Explained& now, const ForesightFit& f
   }
   const double chance = from_none.p_value();
   return {from_none.squared, corrected(chance, trial, looks),
-          corrected_by_itself(chance, trial.effect, looks)};
+          corrected_by_itself(chance, trial, looks)};
 }
 
 /// What was found before, and how much less of it is told now that the newest effect is there.
@@ -529,8 +523,8 @@ void judge(const Explained& now, const TraceRecords& records, const Looks& looks
 
 /// An effect fitted from there nearly to the end. records: those of the end, thinned.
 ForesightFit near_the_end(const Model& from, const StatesOfPieces& x0, double density,
-                          const Thinned& records, const Propagation& propagation) {
-  return thinned_fit(from, x0, records, propagation, density, kLong / 3, Extent::kNear);
+                          const Thinned& records) {
+  return thinned_fit(from, x0, records, density, kLong / 3, Extent::kNear);
 }
 
 /// From there to the end. worth: as of a fit.
@@ -617,13 +611,12 @@ void follow_best(const Explained& now, const std::vector<Trial>& trials,
   const std::size_t first_elsewhere = others.size();
   std::ranges::move(elsewhere(*best, arm, trials), std::back_inserter(others));
   const double density = best->explained.fit.density;
-  const Thinned looked_at = thinned(records.estimation);
+  const Thinned looked_at = thinned(records.estimation, records.propagation);
   std::vector<Refit> again(others.size());
   for_each_job(static_cast<int>(others.size()), [&](int i) {
     const Again& from = others[i];
-    again[i] = ended(*from.trial,
-                     near_the_end(from.model, from.x0, density, looked_at, records.propagation),
-                     now, looks, records, acceptance);
+    again[i] = ended(*from.trial, near_the_end(from.model, from.x0, density, looked_at), now, looks,
+                     records, acceptance);
   });
   std::vector<Refit> worth;  // of those elsewhere only what is better than where they come from
   for (std::size_t i = 0; i < again.size(); ++i)
@@ -793,7 +786,7 @@ Refit refitted(const Trial& trial, const Model& from, const StatesOfPieces& x0,
                const AcceptanceSettings& acceptance) {
   Refit refit = to_the_end(
       trial,
-      near_the_end(from, x0, now.fit.density, thinned(records.estimation), records.propagation),
+      near_the_end(from, x0, now.fit.density, thinned(records.estimation, records.propagation)),
       records);
   judge(now, records, looks, acceptance, refit);
   return refit;
@@ -807,7 +800,7 @@ Contest judged_of(const std::vector<Begun>& begun, const Thinned& looked_at, Exp
                   const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
                   const AcceptanceSettings& acceptance) {
   const double density = now.fit.density;
-  const double without = level_of(now.fit, looked_at, records.propagation);
+  const double without = level_of(now.fit, looked_at);
   std::map<std::string, bool> judged;  // of each effect: whether it is among the most promising
   std::vector<Begun> promising;
   for (const Begun& b : begun) {
@@ -818,8 +811,8 @@ Contest judged_of(const std::vector<Begun>& begun, const Thinned& looked_at, Exp
   }
   for_each_job(static_cast<int>(promising.size()), [&](int i) {
     Begun& b = promising[i];
-    b.fit = near_the_end(b.fit.model, b.fit.x0, density, looked_at, records.propagation);
-    b.level = level_of(b.fit, looked_at, records.propagation);
+    b.fit = near_the_end(b.fit.model, b.fit.x0, density, looked_at);
+    b.level = level_of(b.fit, looked_at);
   });
   keep_first(promising);
   Contest result;
@@ -861,13 +854,12 @@ std::vector<Refit> judged_pairs(std::vector<PairStart> starts, const Explained& 
     return fmt::format("{} {}", s.trial.beside->effect, s.trial.effect);
   });
   starts.resize(std::min(starts.size(), kPairs));
-  const Thinned looked_at = thinned(records.estimation);
+  const Thinned looked_at = thinned(records.estimation, records.propagation);
   std::vector<Refit> pairs(starts.size());
   for_each_job(static_cast<int>(starts.size()), [&](int i) {
     pairs[i] = ended(starts[i].trial,
-                     near_the_end(starts[i].model, starts[i].x0, now.fit.density, looked_at,
-                                  records.propagation),
-                     now, looks, records, acceptance);
+                     near_the_end(starts[i].model, starts[i].x0, now.fit.density, looked_at), now,
+                     looks, records, acceptance);
     judge(now, records, looks, acceptance, pairs[i]);
   });
   std::ranges::stable_sort(pairs, std::greater{},
@@ -880,8 +872,8 @@ std::vector<Refit> judged_pairs(std::vector<PairStart> starts, const Explained& 
 Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
                 const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
                 const AcceptanceSettings& acceptance) {
-  const Thinned looked_at = thinned(records.estimation);
-  BegunFits begun = begun_fits(trials, bases, looked_at, records.propagation, now.fit.density);
+  const Thinned looked_at = thinned(records.estimation, records.propagation);
+  BegunFits begun = begun_fits(trials, bases, looked_at, now.fit.density);
   Contest found = judged_of(begun.single, looked_at, now, trials, looks, records, acceptance);
   found.pairs = judged_pairs(std::move(begun.pairs), now, looks, records, acceptance);
   return found;
@@ -892,9 +884,9 @@ Contest contest_from(const Model& given, Explained& now, const std::vector<Trial
                      const AcceptanceSettings& acceptance) {
   const ForesightFit base = fit_foresight(with_values(now.fit.model, given), {}, records.estimation,
                                           records.propagation, now.fit.density, 0);
-  const Thinned looked_at = thinned(records.estimation);
-  return judged_of(followed_fits(trials, base, looked_at, records.propagation, now.fit.density),
-                   looked_at, now, trials, looks, records, acceptance);
+  const Thinned looked_at = thinned(records.estimation, records.propagation);
+  return judged_of(followed_fits(trials, base, looked_at, now.fit.density), looked_at, now, trials,
+                   looks, records, acceptance);
 }
 
 }  // namespace armukf

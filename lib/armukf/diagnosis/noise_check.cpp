@@ -10,6 +10,7 @@
 #include <functional>
 #include <map>
 #include <set>
+#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -49,10 +50,12 @@ Model with_rival(Model rest, const Refit& rival) {
   return rest;
 }
 
+constexpr double kHopelessNats = 20.0;  // that one search after another hardly makes good
+constexpr double kAsMuch = 0.4;         // of what the best gains
+
 /// Whether a search has come to where it will not reach that loss any more: each goes on from the
 /// one before, and gains less.
 std::function<bool(const FoundMinimum&)> falls_behind(double loss) {
-  static constexpr double kHopelessNats = 20.0;
   static constexpr double kTimesMore = 4.0;  // than the last search, all that follow may gain
   return [loss, before = kInfinite](const FoundMinimum& found) mutable {
     const double behind = found.loss - loss;
@@ -254,7 +257,8 @@ std::vector<NoiseCheck::Promise> NoiseCheck::promising(const std::vector<Trial>&
                                                        const Looks& looks) const {
   constexpr double kWorthAFit = 0.1;  // p: a fit also finds the shape between the grid's points
   constexpr std::size_t kMost = 5;
-  const AheadScore score(base_->model, base_->x0, pieces_, records_.propagation, base_->gains);
+  const Thinned whole{pieces_, records_.propagation, 1};
+  const AheadScore score(base_->model, base_->x0, whole, base_->gains);
   std::vector<Suggestion> suggestions = score(trials);
   std::vector<Promise> promises;
   promises.reserve(trials.size());
@@ -280,63 +284,97 @@ std::vector<NoiseCheck::Promise> NoiseCheck::promising(const std::vector<Trial>&
 }
 
 std::vector<FoundMinimum> NoiseCheck::likeliest_of(const std::vector<Promise>& promises) const {
-  constexpr double kAsMuch = 0.4;  // of what the best gains
-  const auto count = static_cast<int>(promises.size());
   std::vector<FoundMinimum> all(promises.size());
-  for_each_job(count, [&](int i) {
+  if (all.empty()) return all;
+  for_each_job(static_cast<int>(all.size()), [&](int i) {
     const Suggestion& suggestion = promises[i].suggestion;
-    all[i] = likeliest(suggestion.model, suggestion.x0, base_->noise);
+    all[i] = likeliest(suggestion.model, suggestion.x0, base_->noise,
+                       [](const FoundMinimum& /*after one search*/) { return true; });
   });
-  const auto best = std::ranges::min_element(all, {}, &FoundMinimum::loss);
-  if (best == all.end()) return all;
-  const FoundMinimum leader = *best;
-  const Model arm = with_values(now_.fit.model, leader.model);  // without its effect
-  std::vector<FoundMinimum*> followers;
+  const auto likeliest_one = [&]() -> FoundMinimum {
+    return *std::ranges::min_element(all, {}, &FoundMinimum::loss);
+  };
+  const auto once_more = [&](const std::vector<FoundMinimum*>& those, const auto& search) {
+    for_each_job(static_cast<int>(those.size()), [&](int i) {
+      FoundMinimum again = search(*those[i]);
+      if (again.loss < those[i]->loss) *those[i] = std::move(again);
+    });
+  };
+  const auto gains_as_much = [&](const FoundMinimum& found, const FoundMinimum& as) {
+    return base_->loss - found.loss > kAsMuch * (base_->loss - as.loss);
+  };
+  std::vector<FoundMinimum*> near;
+  const FoundMinimum first = likeliest_one();
   for (FoundMinimum& found : all)
-    if (base_->loss - found.loss > kAsMuch * (base_->loss - leader.loss) &&
-        found.loss > leader.loss)
-      followers.push_back(&found);
-  const auto following = static_cast<int>(followers.size());
-  for_each_job(following, [&](int i) {
-    FoundMinimum& found = *followers[i];
-    FoundMinimum again = likeliest(with_values(found.model, arm), found.x0, leader.noise);
-    if (again.loss < found.loss) found = std::move(again);
+    if (found.loss < first.loss + kHopelessNats || gains_as_much(found, first))
+      near.push_back(&found);
+  once_more(near, [&](const FoundMinimum& found) {
+    return likeliest(found.model, found.x0, found.noise);
+  });
+  const FoundMinimum leader = likeliest_one();
+  std::erase_if(near, [&](const FoundMinimum* found) {
+    return !gains_as_much(*found, leader) || !(found->loss > leader.loss);
+  });
+  const Model arm = with_values(now_.fit.model, leader.model);  // without its effect
+  once_more(near, [&](const FoundMinimum& found) {
+    return likeliest(with_values(found.model, arm), found.x0, leader.noise);
   });
   return all;
+}
+
+double NoiseCheck::chance_of(const Likelier& one, const Looks& looks) {
+  return corrected(chi_square_tail(2.0 * std::max(0.0, one.gain), one.more), one.trial->effect,
+                   looks);
+}
+
+Refit NoiseCheck::refit_of(Likelier& one, const Looks& looks, const AcceptanceSettings& settings) {
+  one.gain = loss_without(one.found.model) - one.found.loss;
+  const double scatter_p = chance_at(one.found, *one.trial);
+  one.found.x0.resize(records_.estimation.size());
+  Refit refit =
+      refitted(*one.trial, one.found.model, one.found.x0, now_, looks, records_, settings);
+  refit.evidence.likelihood_gain = one.gain;
+  refit.evidence.scatter_p = scatter_p;
+  refit.evidence.statistic = 2.0 * one.gain;
+  refit.evidence.p_value = chance_of(one, looks);
+  refit.refusal = armukf::refusal(refit.evidence, settings);
+  refit.beyond_noise = true;
+  return refit;
 }
 
 std::vector<Refit> NoiseCheck::likelier(const std::vector<Trial>& trials, const Looks& looks,
                                         const AcceptanceSettings& settings) {
   if (!noise_can_be_all(settings)) return {};
   const std::vector<Promise> promises = promising(trials, looks);
-  std::vector<FoundMinimum> all = likeliest_of(promises);
-  std::vector<Refit> refits(promises.size());
-  for_each_job(static_cast<int>(promises.size()), [&](int i) {
-    const Trial& trial = *promises[i].trial;
-    FoundMinimum& found = all[i];
-    const double more = more_values(found.model, now_.fit.model);
-    const auto p_of = [&](double gain) {
-      return corrected(chi_square_tail(2.0 * std::max(0.0, gain), more), trial.effect, looks);
-    };
-    double gain = base_->loss - found.loss;
-    if (p_of(gain) <= settings.most_p) gain = loss_without(found.model) - found.loss;
-    const double scatter_p = chance_at(found, trial);
-    found.x0.resize(records_.estimation.size());
-    Refit& refit = refits[i];
-    refit = refitted(trial, found.model, found.x0, now_, looks, records_, settings);
-    refit.evidence.likelihood_gain = gain;
-    refit.evidence.scatter_p = scatter_p;
-    refit.evidence.statistic = 2.0 * gain;
-    refit.evidence.p_value = p_of(gain);
-    refit.refusal = armukf::refusal(refit.evidence, settings);
-    refit.beyond_noise = true;
-  });
+  std::vector<FoundMinimum> found = likeliest_of(promises);
+  std::vector<Likelier> all;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const double more = more_values(found[i].model, now_.fit.model);
+    const double gain = base_->loss - found[i].loss;
+    all.push_back({promises[i].trial, std::move(found[i]), more, gain});
+  }
+  std::erase_if(all,
+                [&](const Likelier& one) { return !(chance_of(one, looks) <= settings.most_p); });
+  std::ranges::stable_sort(all, std::greater{}, &Likelier::gain);
   // By the likelihood, with a price for each parameter: H. Akaike, "A new look at the statistical
   // model identification", IEEE Trans. Autom. Control 19, 1974.
-  std::ranges::stable_sort(refits, std::greater{}, [&](const Refit& r) {
+  const auto merit = [&](const Refit& r) {
     return std::tuple(r.refusal.empty(), *r.evidence.likelihood_gain -
                                              more_values(r.explained.fit.model, now_.fit.model));
-  });
+  };
+  std::vector<Refit> refits;
+  const auto add = [&](std::span<Likelier> some) {
+    const std::size_t before = refits.size();
+    refits.resize(before + some.size());
+    for_each_job(static_cast<int>(some.size()),
+                 [&](int i) { refits[before + i] = refit_of(some[i], looks, settings); });
+    std::ranges::stable_sort(refits, std::greater{}, merit);
+  };
+  // What gains far less waits until it is known that the likeliest does not count.
+  const auto far_behind = std::ranges::find_if(
+      all, [&](const Likelier& one) { return one.gain < kAsMuch * all.front().gain; });
+  add({all.begin(), far_behind});
+  if (refits.empty() || !refits.front().refusal.empty()) add({far_behind, all.end()});
   for (std::size_t i = 1; i < refits.size(); ++i)
     if (refits[i].refusal.empty()) refits[i].refusal = "another makes the records likelier";
   return refits;

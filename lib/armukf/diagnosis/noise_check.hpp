@@ -111,6 +111,20 @@ class NoiseCheck {
     double p_value;
   };
 
+  /// An effect with what it gains of the log-likelihood, for so many values more that are fitted.
+  struct Likelier {
+    const Trial* trial;
+    FoundMinimum found;
+    double more;
+    double gain;
+  };
+
+  /// That of a gain, given all that was looked at.
+  static double chance_of(const Likelier& one, const Looks& looks);
+
+  /// As it is judged; its gain is then over what the model without it reaches from its arm on.
+  Refit refit_of(Likelier& one, const Looks& looks, const AcceptanceSettings& settings);
+
   /// Whether the rough fit says that no better one is worth while.
   bool hopeless(const AcceptanceSettings& settings) const;
 
@@ -152,8 +166,9 @@ class NoiseCheck {
   /// be beyond chance; the most promising first, and no more than are worth the time.
   std::vector<Promise> promising(const std::vector<Trial>& trials, const Looks& looks) const;
 
-  /// One per promise, also from where the likeliest of all has led the arm: no name loses for
-  /// having ended in another minimum.
+  /// One per promise: of those far behind the likeliest after one search that one, of the others
+  /// the end of all, also from where the likeliest of all has led the arm: no name loses for having
+  /// ended in another minimum.
   std::vector<FoundMinimum> likeliest_of(const std::vector<Promise>& promises) const;
 
   /// One per rival, on top of the rest; from the arm of the rest, from the base's, and from that of

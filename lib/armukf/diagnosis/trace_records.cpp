@@ -84,7 +84,7 @@ TraceRecords trace_records(const std::vector<Record>& estimation,
   return records;
 }
 
-Thinned thinned(std::vector<Record> pieces) {
+Thinned thinned(std::vector<Record> pieces, const Propagation& propagation) {
   constexpr double kLongestInterval = 0.6e-3;  // s
   double duration = 0.0;
   double intervals = 0.0;
@@ -92,7 +92,7 @@ Thinned thinned(std::vector<Record> pieces) {
     duration += piece.samples.back().t - piece.samples.front().t;
     intervals += static_cast<double>(piece.samples.size()) - 1.0;
   }
-  if (!(duration < kLongestInterval * intervals)) return {std::move(pieces), 1};
+  if (!(duration < kLongestInterval * intervals)) return {std::move(pieces), propagation, 1};
   for (Record& piece : pieces) {
     const std::vector<Sample> all = std::move(piece.samples);
     piece.samples.clear();
@@ -106,7 +106,7 @@ Thinned thinned(std::vector<Record> pieces) {
       piece.samples.push_back(sample);
     }
   }
-  return {std::move(pieces), 2};
+  return {std::move(pieces), propagation, 2};
 }
 
 Blocks blocks_of(const std::vector<Record>& pieces) {

@@ -28,13 +28,14 @@ TraceRecords trace_records(const std::vector<Record>& estimation,
 /// Pieces of which each sample stands for so many of the record's.
 struct Thinned {
   std::vector<Record> pieces;
+  Propagation propagation;  // of the record
   int times = 1;
 };
 
 /// Every second sample, the torque held from one to the next as it was on average, where that
 /// leaves a thousand a second: it halves the time of what only looks about, and hardly changes what
 /// there is to be seen below the highest frequency that is looked for.
-Thinned thinned(std::vector<Record> pieces);
+Thinned thinned(std::vector<Record> pieces, const Propagation& propagation);
 
 /// Eighths of the estimation pieces' samples, a piece more where a gap is within one.
 struct Blocks {

@@ -254,6 +254,11 @@ double corrected_by_itself(double chance, const std::string& effect, const Looks
   return std::min(1.0, chance * looks.at(effect));
 }
 
+double corrected_by_itself(double chance, const Trial& trial, const Looks& looks) {
+  const double alone = corrected_by_itself(chance, trial.effect, looks);
+  return trial.beside ? corrected_by_itself(alone, trial.beside->effect, looks) : alone;
+}
+
 double corrected(double chance, const std::string& effect, const Looks& looks) {
   return std::min(1.0,
                   corrected_by_itself(chance, effect, looks) * static_cast<double>(looks.size()));

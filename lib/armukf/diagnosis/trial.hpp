@@ -90,6 +90,9 @@ Looks looks_of(const std::vector<Trial>& trials);
 /// The chance of a result for all trials of that effect.
 double corrected_by_itself(double chance, const std::string& effect, const Looks& looks);
 
+/// The same of a trial: of two effects at once every pair of trials counts.
+double corrected_by_itself(double chance, const Trial& trial, const Looks& looks);
+
 /// The chance of a result for all that was looked at: each effect has the same share in a wrong
 /// decision, and each of its trials the same share of that.
 double corrected(double chance, const std::string& effect, const Looks& looks);

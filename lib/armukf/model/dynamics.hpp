@@ -70,12 +70,6 @@ class Dynamics {
   }
 
  private:
-  template <class E>
-  static constexpr bool is_late() {
-    if constexpr (PartOfDrive<E>) return E::answer == Answer::kLate;
-    return false;
-  }
-
   /// What the effects do to the masses, into dx; and the rates of their states. Not inlined: it
   /// would push the arm's numbers out of the registers.
   [[gnu::noinline]] void add_effects(const Time<T>& t, const T& u, const T* x, T* dx) const {
@@ -88,15 +82,14 @@ class Dynamics {
           [&]<class E>(const E&) {
             const T* own = x + slot.first_state;
             const T* p = parameters_ + slot.first_parameter;
-            constexpr bool late = is_late<E>();
-            if constexpr (late) reaching = given;
+            if constexpr (LatePartOfDrive<E>) reaching = given;
             if constexpr (ActsOnMasses<E>) {
               const auto action = E::contribute(motion, own, p);
               action.act(loads);
               if constexpr (PartOfDrive<E>) given = given + action.torque;
             }
             if constexpr (!E::states.empty()) E::rates(motion, own, p, dx + slot.first_state);
-            if constexpr (late) reaching = given;
+            if constexpr (LatePartOfDrive<E>) reaching = given;
           },
           slot.effect);
     }

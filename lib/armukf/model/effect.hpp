@@ -258,6 +258,9 @@ concept PartOfDrive = requires {
   { E::answer } -> std::convertible_to<Answer>;
 };
 
+template <class E>
+concept LatePartOfDrive = PartOfDrive<E> && E::answer == Answer::kLate;
+
 /// What a learnt law is a law of, for whoever reads its curve.
 struct LawAxes {
   std::string_view over;   // what it goes with
