@@ -10,16 +10,18 @@ STATES = {
            "torque_ripple_commanded_angle friction_ripple_angle external_torque_phase external_torque_arm_phase "
            "gear_stiffness_ripple_angle pose_inertia_angle "
            "mode_motor_deflection mode_gear_deflection mode_arm_deflection gear_relaxation_deflection",
-    "rad/s": "speed_motor speed_gear speed_arm sensor_speed sensor_coupling_speed mode_motor_speed mode_gear_speed "
+    "rad/s": "speed_motor speed_gear speed_arm sensor_speed sensor_coupling_speed friction_lag_speed mode_motor_speed mode_gear_speed "
              "mode_arm_speed",
     "rad/s²": "sensor_coupling_rate",
-    "N·m": "drive_torque drive_response drive_response_rate input_delay_first input_delay_second drive_notch_band",
+    "N·m": "drive_torque drive_response drive_response_rate input_delay_first input_delay_second drive_notch_band "
+           "torque_slewed",
     "N·m·s": "drive_notch_passed gear_slip_load",
     "–": "presliding_deflection gear_hysteresis_deflection thermal_heated_warmth"}
 PARAMETERS = {
     "N·m": "Fc Fcs arm_friction_coulomb gear_friction_coulomb coulomb_asymmetry gear_hysteresis gravity "
            "presliding_friction torque_bias torque_ripple torque_curve_range external_torque external_torque_arm "
            "friction_change friction_change_before friction_ripple gear_slip_torque torque_limit",
+    "N·m/s": "torque_slew",
     "N·m·s/rad": "Fv d_g d_a arm_friction_viscous gear_friction_viscous torque_limit_fall",
     "N·m·s²/rad²": "gear_damping_quadratic",
     "N·m/rad": "k_g1 k_a gear_relaxation",
@@ -29,7 +31,7 @@ PARAMETERS = {
     "s/rad": "alpha beta sensor_gain_bend",
     "s": "drive_lag_time drive_response_time input_delay payload_time sensor_lag_time thermal_friction_time "
          "friction_change_time thermal_torque_time thermal_damping_time thermal_heated_time gear_relaxation_time "
-         "gear_stiffness_change_time arm_stiffness_change_time",
+         "gear_stiffness_change_time arm_stiffness_change_time friction_lag_time",
     "rad": "backlash arm_backlash gear_hysteresis_distance presliding_distance gear_spring_curve_range "
            "arm_spring_curve_range",
     "rad/s": "friction_curve_range",
@@ -41,8 +43,8 @@ PARAMETERS = {
          "mode_motor_share mode_gear_share mode_arm_share mode_motor_damping mode_gear_damping mode_arm_damping "
          "drive_response_damping sensor_coupling_share sensor_coupling_damping gravity_ratio thermal_torque "
          "thermal_damping gear_stiffness_ripple pose_inertia torque_ripple_commanded thermal_friction_heated "
-         "thermal_heated_viscous gear_stiffness_change arm_stiffness_change torque_limit_share drive_notch "
-         "drive_notch_damping sensor_gain sensor_gain_asymmetry"}
+         "thermal_heated_viscous gear_stiffness_change arm_stiffness_change torque_limit_share torque_slew_share friction_lag_share "
+         "drive_notch drive_notch_damping sensor_gain sensor_gain_asymmetry"}
 LEARNT_LAW = re.compile(r"(friction|gear_spring|arm_spring|torque|angle)_curve_(odd|even|cos|sin)_[a-d]")  # N·m
 UNITS = {name: unit for kind in (STATES, PARAMETERS) for unit, names in kind.items() for name in names.split()}
 STATE_NAMES = {name for names in STATES.values() for name in names.split()}

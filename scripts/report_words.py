@@ -45,6 +45,8 @@ PLAIN = {
     "gear_slip": "a gear that slips under load",
     "gear_relaxation": "a gear that is stiffer in quick motion than in slow",
     "torque_limit": "a drive that gives no more than its limit",
+    "torque_slew": "a drive whose torque rises and falls no faster than its limit",
+    "friction_lag": "friction that weakens late",
     "drive_notch": "a notch in the drive's torque",
     "sensor_gain": "a speed sensor whose scale is off",
     "friction_curve": "friction over speed that no named law tells",

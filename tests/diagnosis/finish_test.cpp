@@ -26,6 +26,7 @@ struct Unfinished {
   Held held;
   Simulated without_any;
   std::vector<std::string> none_of;
+  std::vector<std::string> led_astray;
 
   Unfinished(const Model& truth, const std::vector<std::string>& effects) {
     records.estimation = {noisy_record(truth, 4000, 0.05, 0.3, 7)};
@@ -51,6 +52,7 @@ struct Unfinished {
     Finished end =
         finished({base, bases, records, settings}, without_any, least, diagnosis, now, held);
     none_of = std::move(end.none_of);
+    led_astray = std::move(end.led_astray);
     return std::move(end.simulated);
   }
 };
@@ -79,6 +81,7 @@ TEST(Finished, IsWithoutAnyWhereFewerWereFarBetter) {
   EXPECT_FALSE(found.diagnosis.candidates[0].accepted);
   EXPECT_NE(found.diagnosis.candidates[0].refused_because.find("leads the completed model astray"),
             std::string::npos);
+  EXPECT_EQ(found.led_astray, std::vector<std::string>{"torque_bias"});
 }
 
 TEST(Finished, HasNoEffectThatIsWithinSoManyOfItsDeviations) {
@@ -89,6 +92,7 @@ TEST(Finished, HasNoEffectThatIsWithinSoManyOfItsDeviations) {
   EXPECT_EQ(found.diagnosis.candidates[0].refused_because,
             "the completed model has none of it beyond its deviation");
   EXPECT_EQ(found.none_of, std::vector<std::string>{"torque_bias"});
+  EXPECT_TRUE(found.led_astray.empty());
 }
 
 /// An effect is judged by the deviations that are told of it.

@@ -596,6 +596,45 @@ TEST(TorqueLimit, FallsWithTheSpeed) {
   EXPECT_NEAR(given(12.0, 90.0), 0.0, 0.03);  // no voltage left
 }
 
+TEST(TorqueSlew, RisesNoFasterThanItsLimit) {
+  Model model = published_estimate();
+  model.add_effect("torque_slew");
+  model.parameter("torque_slew_share").value = 1.0;
+  model.parameter("torque_slew").value = 200.0;
+  const Coefficients<double> arm(model.values().data());
+  const auto rates = [&](double u, double given) {
+    return rates_of(model, 0.0, u, {0, 0, 0, 0, 0, given});
+  };
+  EXPECT_NEAR(rates(8.0, 1.0).back(), 200.0, 2.0);
+  EXPECT_NEAR(rates(-8.0, 1.0).back(), -200.0, 2.0);
+  EXPECT_NEAR(rates(1.0, 1.0).back(), 0.0, 1e-9);
+  const auto torque = [&](double u, double given) {
+    return rates(u, given)[kSpeedMotor] / arm.motor_mobility;
+  };
+  EXPECT_NEAR(torque(8.0, 1.0), 1.0, 0.02);    // what it has come to
+  EXPECT_NEAR(torque(1.05, 1.0), 1.05, 0.03);  // what is small comes through at once
+}
+
+TEST(FrictionLag, WeakensLate) {
+  Model model = published_estimate();
+  model.add_effect("friction_lag");
+  model.parameter("friction_lag_share").value = 1.0;
+  model.parameter("friction_lag_time").value = 0.05;
+  const Coefficients<double> arm(model.values().data());
+  const auto rates = [&](double speed, double late) {
+    return rates_of(model, 0.0, 0.0, {0, 0, speed, 0, 0, late});
+  };
+  EXPECT_NEAR(rates(2.0, 1.0).back(), 1.0 / 0.05, 0.1);
+  const auto added = [&](double speed, double late) {
+    const std::vector<double> bare = rates_of(published_estimate(), 0.0, 0.0, {0, 0, speed, 0, 0});
+    return (rates(speed, late)[kSpeedMotor] - bare[kSpeedMotor]) / arm.motor_mobility;
+  };
+  EXPECT_NEAR(added(5.0, 5.0), 0.0, 1e-9);  // steady: as known
+  const double known = friction(arm, 5.0) - arm.Fv * 5.0;
+  EXPECT_NEAR(added(5.0, 0.0), -(arm.Fc + arm.Fcs) + known, 0.01);  // still as strong as at rest
+  EXPECT_NEAR(added(-5.0, 0.0), arm.Fc + arm.Fcs - known, 0.01);
+}
+
 TEST(DriveNotch, TakesOutWhatPassesItsBand) {
   Model model = published_estimate();
   model.add_effect("drive_notch");

@@ -324,6 +324,7 @@ Finished finished(const Completing& completing, const Simulated& without_any,
                   Held& held, const KnownNoise& noise) {
   const TraceRecords& records = completing.records;
   std::vector<std::string> none_of;
+  std::vector<std::string> led_astray;
   const auto go_on_without = [&](std::size_t place, Explained rest, const std::string& reason) {
     now = std::move(rest);
     take_out(place, reason, completing.base, diagnosis, held);
@@ -344,16 +345,17 @@ Finished finished(const Completing& completing, const Simulated& without_any,
         errors.begin(), errors.begin() + std::min(errors.size(), diagnosis.effects.size()));
     if (does_as_well(error, least, completing.settings.most_harm_of_all)) {
       simulated.estimation = std::move(reported);
-      return {std::move(simulated), std::move(none_of)};
+      return {std::move(simulated), std::move(none_of), std::move(led_astray)};
     }
     none_of.clear();
     auto [place, rest] = least_missed(completing, diagnosis, now);
+    led_astray.push_back(diagnosis.effects[place].effect);
     go_on_without(place, std::move(rest),
                   fmt::format("leads the completed model astray: on what it was not fitted to its "
                               "error is {:.3g} (rad/s)^2, with fewer effects it was {:.3g}",
                               error, least));
   }
-  return {without_any, std::move(none_of)};
+  return {without_any, std::move(none_of), std::move(led_astray)};
 }
 
 }  // namespace armukf

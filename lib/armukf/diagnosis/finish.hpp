@@ -31,6 +31,7 @@ struct Finished {
   /// Effects that it turned out to have none of, so that something else may be in their place;
   /// nothing where others were led astray.
   std::vector<std::string> none_of;
+  std::vector<std::string> led_astray;  // effects that went for having led it astray
 };
 
 /// As it is, but for the initial states.

@@ -277,6 +277,7 @@ Simulated completed(Search& search, const Completing& completing, const Bases& f
                   diagnosis, standing.now, standing.held, standing.noise);
     Finished finish = finished(completing, without_any, search.errors, diagnosis, standing.now,
                                standing.held, standing.noise);
+    search.led_astray.insert(finish.led_astray.begin(), finish.led_astray.end());
     if (finish.none_of.empty()) return std::move(finish.simulated);
     search.dismissed.insert(finish.none_of.begin(), finish.none_of.end());
     go_on_from_now(standing, completing.records);

@@ -19,8 +19,9 @@ namespace armukf {
 struct Search {
   Diagnosis diagnosis;
   Standing standing;
-  std::vector<double> errors;       // the least with none of the effects, with one, with two ...
-  std::set<std::string> dismissed;  // effects that a completed model had none of
+  std::vector<double> errors;        // the least with none of the effects, with one, with two ...
+  std::set<std::string> dismissed;   // effects that a completed model had none of
+  std::set<std::string> led_astray;  // effects that led a completed model astray
   Rivals to_weigh;
   bool all_weighed = false;  // each with all others there
   int rounds = 0;

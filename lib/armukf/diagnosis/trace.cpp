@@ -191,6 +191,11 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   };
   for (std::string& text : disagreements(diagnosis.consistency, now.fit.model, same_in_all))
     diagnosis.unexplained.push_back(std::move(text));
+  if (diagnosis.effects.empty() && !search.led_astray.empty())
+    diagnosis.unexplained.push_back(
+        fmt::format("something that no name or law here simulates: {} would explain a part of it, "
+                    "and lead astray elsewhere",
+                    fmt::join(search.led_astray, ", ")));
   if (!diagnosis.effects.empty()) {
     diagnosis.verdict = Verdict::kFound;
   } else if (!diagnosis.unexplained.empty()) {
