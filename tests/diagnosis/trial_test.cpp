@@ -77,8 +77,19 @@ TEST(Trials, HaveMomentsWhereTheRecordShowsThem) {
   const Moments seen{.from = 3.0, .until = 57.0};
   int within = 0;
   int always = 0;
+  int for_a_while = 0;
   for (const Trial& trial : trials_of("payload_change", published_arm(), {.moments = seen})) {
     const Parameter& time = trial.model.parameter("payload_time");
+    const Parameter& until = trial.model.parameter("payload_until");
+    EXPECT_EQ(manner_of(trial) == "payload_change", until.known);
+    if (!until.known) {
+      ++for_a_while;
+      EXPECT_GT(until.value, time.value);
+      EXPECT_LT(until.value, seen.until);
+      EXPECT_EQ(until.upper, seen.until);
+      continue;
+    }
+    EXPECT_EQ(until.value, 1e6);  // it stays
     if (time.value < 0.0) {
       ++always;
       EXPECT_TRUE(time.known);  // no search makes it another
@@ -93,6 +104,7 @@ TEST(Trials, HaveMomentsWhereTheRecordShowsThem) {
   }
   EXPECT_EQ(always, 1);
   EXPECT_EQ(within, 9);
+  EXPECT_EQ(for_a_while, 9 * 8 / 2);
   for (const Trial& trial : trials_of("friction_change", published_arm(), {.moments = seen})) {
     EXPECT_GT(trial.model.parameter("friction_change_time").value, seen.from);
     EXPECT_LT(trial.model.parameter("friction_change_time").value, seen.until);

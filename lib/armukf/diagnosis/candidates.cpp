@@ -208,7 +208,7 @@ Starts starts_on(const std::vector<ForesightFit>& bases, std::size_t base,
     starts.single.push_back({&trials[i], base, std::move(scores.suggestions[i])});
   std::ranges::stable_sort(starts.single, std::greater{},
                            [](const Start& s) { return s.suggestion.share; });
-  keep_first_of_each(starts.single, of_each, [](const Start& s) { return s.trial->effect; });
+  keep_first_of_each(starts.single, of_each, [](const Start& s) { return manner_of(*s.trial); });
   // A law is linear in its sizes: where the step that is suggested goes too far, a fit goes the
   // right way from none of it.
   for (const Trial& trial : trials) {
@@ -339,12 +339,13 @@ BegunFits begun_fits(const std::vector<Trial>& trials, const std::vector<Foresig
 std::vector<Begun> followed_fits(const std::vector<Trial>& trials, const ForesightFit& base,
                                  const Thinned& records, double density) {
   constexpr std::size_t kOfEach = 2;
+  constexpr std::size_t kMost = 9;  // of what happens
   const BaseGains gains = gains_on(base, records, density);
   std::vector<Start> starts =
       starts_on({base}, 0, gains.judging, trials, trials.size(), records).single;
   std::map<std::string, std::size_t> count;
   std::erase_if(starts, [&](const Start& start) {
-    return ++count[start.trial->effect] > kOfEach && !happens(*start.trial);
+    return ++count[manner_of(*start.trial)] > (happens(*start.trial) ? kMost : kOfEach);
   });
   std::vector<Begun> begun(starts.size());
   for_each_job(static_cast<int>(begun.size()), [&](int i) {

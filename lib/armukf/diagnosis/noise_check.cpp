@@ -272,7 +272,7 @@ std::vector<NoiseCheck::Promise> NoiseCheck::promising(const std::vector<Trial>&
   std::erase_if(promises, [](const Promise& p) { return !(p.p_value <= kWorthAFit); });
   std::ranges::stable_sort(promises, std::greater{},
                            [](const Promise& p) { return p.suggestion.gain; });
-  keep_first_of_each(promises, kMoments, [](const Promise& p) { return p.trial->effect; });
+  keep_first_of_each(promises, kMoments, [](const Promise& p) { return manner_of(*p.trial); });
   std::set<std::string> effects;
   std::erase_if(promises, [&](const Promise& p) {
     const bool is_new = !effects.contains(p.trial->effect);

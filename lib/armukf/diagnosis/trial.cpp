@@ -54,10 +54,21 @@ std::vector<double> moments_of(const Grid& grid, const Moments& seen) {
   return values;
 }
 
+/// Of the end of what begins at that moment: never, and where it is within the record, those of the
+/// others that are later.
+std::vector<double> ends_of(const EffectParameter& end, double from, const Moments& seen) {
+  std::vector<double> values{end.nominal};
+  if (from < 0.0) return values;
+  for (const double at : moments_of(end.grid, seen))
+    if (at > from) values.push_back(at);
+  return values;
+}
+
 /// A moment outside of the record stays; within it no search leads out of where it can be seen.
-void keep_seen(const Moments& seen, Parameter& moment) {
+void keep_seen(const Moments& seen, const EffectParameter& parameter, Parameter& moment) {
+  moment.known = parameter.end && moment.value == parameter.nominal;
   if (!(seen.until < kUnbounded)) return;
-  moment.known = moment.value < 0.0;
+  moment.known = moment.known || moment.value < 0.0;
   if (moment.known) return;
   moment.lower = std::max(moment.lower, seen.from);
   moment.upper = std::min(moment.upper, seen.until);
@@ -77,13 +88,15 @@ std::vector<Trial> crossed(const std::vector<Trial>& trials, int position,
   const Grid& grid = parameter.grid;
   std::vector<Trial> all;
   for (const Trial& trial : trials) {
+    const std::vector<Parameter>& so_far = trial.model.parameters;
     const std::vector<double> values =
-        parameter.moment ? moments_of(grid, suggested.moments)
-                         : values_of(grid, trial.model.parameters[position].value, suggested);
+        parameter.end      ? ends_of(parameter, so_far[position - 1].value, suggested.moments)
+        : parameter.moment ? moments_of(grid, suggested.moments)
+                           : values_of(grid, so_far[position].value, suggested);
     for (const double value : values) {
       Trial at = trial;
       at.model.parameters[position].value = value;
-      if (parameter.moment) keep_seen(suggested.moments, at.model.parameters[position]);
+      if (parameter.moment) keep_seen(suggested.moments, parameter, at.model.parameters[position]);
       at.looks *= looks_of(grid, values.size(), suggested);
       if (grid.periodic) at.harmonic = value;
       if (grid.gearing) {
@@ -155,6 +168,15 @@ bool happens(const Trial& trial) {
     if (parameters[i].moment && !trial.model.parameters[slot.first_parameter + i].known)
       return true;
   return false;
+}
+
+std::string manner_of(const Trial& trial) {
+  const EffectSlot& slot = trial.model.effects.back();
+  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (parameters[i].end && !trial.model.parameters[slot.first_parameter + i].known)
+      return trial.effect + ", for a while";
+  return trial.effect;
 }
 
 std::vector<int> add_effect_of(const Trial& trial, const std::vector<int>& sizes, Model& model) {

@@ -39,7 +39,11 @@ Trial swapped(Trial trial);
 /// and a search from one moment does not lead to every other.
 bool happens(const Trial& trial);
 
-/// Of such trials of one effect so many are begun, at the most promising moments.
+/// The effect, and whether it is one that is over within the records: to try many such does not
+/// keep those that stay from being tried.
+std::string manner_of(const Trial& trial);
+
+/// Of such trials of one manner so many are begun, at the most promising moments.
 inline constexpr std::size_t kMoments = 4;
 
 /// Puts a trial's effect, as its grid has it, on top of another model of the same arm; the

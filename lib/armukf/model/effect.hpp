@@ -197,6 +197,7 @@ struct EffectParameter {
   Grid grid{};
   bool known = false;   // no search moves it unless it is set free
   bool moment = false;  // s, when something happens in one record: another tells nothing of it
+  bool end = false;     // such a moment, at which what began at the one before it is over
 };
 
 /// Name, unit, beginning and prior standard deviation of one state of an effect.

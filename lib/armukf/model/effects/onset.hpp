@@ -12,4 +12,10 @@ T from_then_on(const Motion<T>& motion, const T& at) {
   return 0.5 + 0.5 * tanh(since);
 }
 
+/// 1 from the one time until the other, and 0 before and after.
+template <class T>
+T from_until(const Motion<T>& motion, const T& from, const T& until) {
+  return from_then_on(motion, from) - from_then_on(motion, until);
+}
+
 }  // namespace armukf::effects
