@@ -305,25 +305,6 @@ TEST(Effects, TogetherLeaveEveryMassItsInertia) {
   EXPECT_FALSE(model.is_physical(model.values()));
 }
 
-TEST(PayloadChange, IsThereUntilItsEnd) {
-  Model model = published_estimate();
-  model.add_effect("payload_change");
-  model.parameter("payload").value = 0.5;
-  model.parameter("payload_time").value = 2.0;
-  const std::vector<double> x{0.0, 0.3, 0.0, 0.0, 0.0};
-  const auto grows_by = [&](double t) {
-    return rates_of(published_estimate(), t, 0.0, x)[kSpeedArm] /
-               rates_of(model, t, 0.0, x)[kSpeedArm] -
-           1.0;
-  };
-  EXPECT_NEAR(grows_by(1.9), 0.0, 1e-6);
-  EXPECT_NEAR(grows_by(2.1), 0.5, 1e-6);
-  EXPECT_NEAR(grows_by(1e5), 0.5, 1e-6);  // it stays, unless
-  model.parameter("payload_until").value = 3.0;
-  EXPECT_NEAR(grows_by(2.9), 0.5, 1e-6);
-  EXPECT_NEAR(grows_by(3.1), 0.0, 1e-6);
-}
-
 /// Nothing rubs, nothing drives: what kinetic energy and springs hold stays what it is, to the
 /// first order in a small step.
 TEST(PoseInertia, KeepsTheEnergyThatItsLagrangianHas) {
@@ -613,6 +594,25 @@ TEST(TorqueLimit, FallsWithTheSpeed) {
   EXPECT_NEAR(given(-12.0, 20.0), -3.0, 0.02);
   EXPECT_NEAR(given(2.0, 20.0), 2.0, 0.02);
   EXPECT_NEAR(given(12.0, 90.0), 0.0, 0.03);  // no voltage left
+}
+
+TEST(PayloadChange, IsThereUntilItsEnd) {
+  Model model = published_estimate();
+  model.add_effect("payload_change");
+  model.parameter("payload").value = 0.5;
+  model.parameter("payload_time").value = 2.0;
+  const std::vector<double> x{0.0, 0.3, 0.0, 0.0, 0.0};
+  const auto grows_by = [&](double t) {
+    return rates_of(published_estimate(), t, 0.0, x)[kSpeedArm] /
+               rates_of(model, t, 0.0, x)[kSpeedArm] -
+           1.0;
+  };
+  EXPECT_NEAR(grows_by(1.9), 0.0, 1e-6);
+  EXPECT_NEAR(grows_by(2.1), 0.5, 1e-6);
+  EXPECT_NEAR(grows_by(1e5), 0.5, 1e-6);  // it stays, unless
+  model.parameter("payload_until").value = 3.0;
+  EXPECT_NEAR(grows_by(2.9), 0.5, 1e-6);
+  EXPECT_NEAR(grows_by(3.1), 0.0, 1e-6);
 }
 
 TEST(TorqueSlew, RisesNoFasterThanItsLimit) {
