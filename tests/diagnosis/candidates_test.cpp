@@ -104,6 +104,31 @@ TEST(Contest, LooksForWhatHappensOverAllOfTheRecord) {
   }
 }
 
+/// What a payload leaves that comes and goes, no change that stays can tell.
+TEST(Contest, LooksForWhatIsThereForAWhile) {
+  Model plant = published_estimate();
+  plant.add_effect("payload_change");
+  plant.parameter("payload").value = 0.4;
+  plant.parameter("payload_time").value = 2.8;
+  plant.parameter("payload_until").value = 5.1;
+  const TraceRecords records =
+      trace_records({simulate_experiment(
+                         plant, {.samples = 16000, .sensor_noise = 0.1, .torque_disturbance = 0.05})
+                         .record},
+                    {}, {}, 0.05);
+  Explained now = explained(published_arm(), {}, records, kForesightDensity);
+  const std::vector<Trial> trials =
+      trials_of("payload_change", now.fit.model, {.moments = {2.0, 7.0}});
+  const Contest found = contest(now, {now.fit}, trials, looks_of(trials), records, {});
+  const Refit* best = best_found(found.refits);
+  ASSERT_NE(best, nullptr);
+  const Model& model = best->explained.fit.model;
+  EXPECT_FALSE(model.parameter("payload_until").known);
+  EXPECT_NEAR(model.parameter("payload").value, 0.4, 0.03);
+  EXPECT_NEAR(model.parameter("payload_time").value, 2.8, 0.1);
+  EXPECT_NEAR(model.parameter("payload_until").value, 5.1, 0.1);
+}
+
 /// A resonance of the gear box, which is begun far from all that can be told, and one of the arm
 /// that explains much of it: at the gear box the same explains more.
 TEST(Contest, LooksForAnEffectAtTheOtherMassesAsWell) {

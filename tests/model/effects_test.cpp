@@ -303,6 +303,8 @@ TEST(Effects, TogetherLeaveEveryMassItsInertia) {
   model.parameter("payload").value = -0.9;
   model.parameter("payload_time").value = 5.0;
   EXPECT_FALSE(model.is_physical(model.values()));
+  model.parameter("payload_until").value = 6.0;  // nor one that is set down again
+  EXPECT_FALSE(model.is_physical(model.values()));
 }
 
 /// Nothing rubs, nothing drives: what kinetic energy and springs hold stays what it is, to the

@@ -7,6 +7,7 @@
 #include <array>
 #include <string>
 
+#include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/model/cycles.hpp"
 #include "armukf/model/plant.hpp"
@@ -62,7 +63,8 @@ std::array<double, kMassCount> least_inertias(const EffectSlot& slot,
                                               const std::vector<double>& values) {
   const Coefficients<double> c(values.data());
   const std::vector<double> rest(kArmStates, 0.0);
-  std::array<double, kMassCount> least{};
+  std::array<double, kMassCount> least;
+  least.fill(kInfinite);
   const auto at = [&](double time, double angle) {
     const std::vector<double> own(slot.state_count() + 1, angle);
     const double u = 0.0;
@@ -80,10 +82,17 @@ std::array<double, kMassCount> least_inertias(const EffectSlot& slot,
         slot.effect);
   };
   constexpr double kEver = 1e9;  // s
+  std::vector<double> times{0.0, kEver};
+  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
+  const double* own = values.data() + slot.first_parameter;
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (parameters[i].end) times.push_back(0.5 * (own[i - 1] + own[i]));
   const double turned = 0.5 * period_of(slot, values);
-  const std::array ends{at(0.0, 0.0), at(0.0, turned), at(kEver, 0.0), at(kEver, turned)};
-  for (int i = 0; i < kMassCount; ++i)
-    least[i] = std::ranges::min(ends, {}, [i](const auto& end) { return end[i]; })[i];
+  for (const double time : times)
+    for (const double angle : {0.0, turned}) {
+      const std::array<double, kMassCount> added = at(time, angle);
+      for (int i = 0; i < kMassCount; ++i) least[i] = std::min(least[i], added[i]);
+    }
   return least;
 }
 
