@@ -199,6 +199,8 @@ std::string effect_text(const Diagnosis& d, const FoundEffect& effect) {
       d.after.model.has_angle() ? " over the measured angle" : "", effect.p_value);
   for (const int i : parameters_of_effect(d.after.model, effect.effect)) {
     const Parameter& p = d.after.model.parameters[i];
+    const bool never = p.known && p.value >= p.upper;  // the end of what stays
+    if (never) continue;
     text += fmt::format("    {:<26} {:>12.6g} ± {:<9.2g} {}\n", p.name, p.value, sd_of(d.after, i),
                         p.unit);
   }
