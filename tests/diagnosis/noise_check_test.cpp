@@ -331,7 +331,7 @@ TEST(NoiseCheck, GoesOnFromValuesThatAreKnown) {
   };
   for (const FilterNoise& noise :
        {FilterNoise{0.03, 0.8}, FilterNoise{0.1}, FilterNoise{0.3, 0.4}}) {
-    EXPECT_GT(k_a_from({noise}), 2.0 * k_a);  // or this tells nothing
+    EXPECT_GT(k_a_from({noise}), 100.0);  // or this tells nothing
     EXPECT_NEAR(k_a_from({noise, before}), k_a, 3.0);
   }
 }

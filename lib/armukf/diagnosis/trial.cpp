@@ -141,6 +141,15 @@ std::string one_more(std::string_view effect, const Model& model) {
       return name;
 }
 
+/// Whether a search moves a parameter of that kind of the trial's effect.
+bool has_free(const Trial& trial, bool EffectParameter::*kind) {
+  const EffectSlot& slot = trial.model.effects.back();
+  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (parameters[i].*kind && !trial.model.parameters[slot.first_parameter + i].known) return true;
+  return false;
+}
+
 }  // namespace
 
 const EffectSlot& slot_of(const Model& model, const std::string& effect) {
@@ -161,22 +170,10 @@ Trial swapped(Trial trial) {
   return trial;
 }
 
-bool happens(const Trial& trial) {
-  const EffectSlot& slot = trial.model.effects.back();
-  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (parameters[i].moment && !trial.model.parameters[slot.first_parameter + i].known)
-      return true;
-  return false;
-}
+bool happens(const Trial& trial) { return has_free(trial, &EffectParameter::moment); }
 
 std::string manner_of(const Trial& trial) {
-  const EffectSlot& slot = trial.model.effects.back();
-  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
-  for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (parameters[i].end && !trial.model.parameters[slot.first_parameter + i].known)
-      return trial.effect + ", for a while";
-  return trial.effect;
+  return has_free(trial, &EffectParameter::end) ? trial.effect + ", for a while" : trial.effect;
 }
 
 std::vector<int> add_effect_of(const Trial& trial, const std::vector<int>& sizes, Model& model) {
