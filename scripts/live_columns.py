@@ -30,7 +30,7 @@ PARAMETERS = {
     "kg·m²": "J",
     "s/rad": "alpha beta sensor_gain_bend",
     "s": "drive_lag_time drive_response_time input_delay payload_time payload_until sensor_lag_time "
-         "thermal_friction_time friction_change_time thermal_torque_time thermal_damping_time thermal_heated_time gear_relaxation_time "
+         "thermal_friction_time friction_change_time friction_change_until thermal_torque_time thermal_damping_time thermal_heated_time gear_relaxation_time "
          "gear_stiffness_change_time arm_stiffness_change_time friction_lag_time",
     "rad": "backlash arm_backlash gear_hysteresis_distance presliding_distance gear_spring_curve_range "
            "arm_spring_curve_range",

@@ -105,10 +105,15 @@ TEST(Trials, HaveMomentsWhereTheRecordShowsThem) {
   EXPECT_EQ(always, 1);
   EXPECT_EQ(within, 9);
   EXPECT_EQ(for_a_while, 9 * 8 / 2);
+  int stays = 0;
+  int goes = 0;
   for (const Trial& trial : trials_of("friction_change", published_arm(), {.moments = seen})) {
     EXPECT_GT(trial.model.parameter("friction_change_time").value, seen.from);
     EXPECT_LT(trial.model.parameter("friction_change_time").value, seen.until);
+    ++(trial.model.parameter("friction_change_until").known ? stays : goes);
   }
+  EXPECT_EQ(stays, 10);
+  EXPECT_EQ(goes, 10 * 9 / 2);
 }
 
 TEST(Together, HasBothEffectsAsTheirGridsHaveThem) {

@@ -514,6 +514,10 @@ TEST(FrictionChange, IsOneUntilThenAndAnotherFromThenOn) {
   EXPECT_NEAR(torque_on(kMotor, model, 2.9, 50.0), -0.5, 1e-6);
   EXPECT_NEAR(torque_on(kMotor, model, 3.1, 50.0), -0.2, 1e-6);
   EXPECT_NEAR(torque_on(kMotor, model, 3.1, -50.0), 0.2, 1e-6);
+  EXPECT_NEAR(torque_on(kMotor, model, 1e5, 50.0), -0.2, 1e-6);  // it stays, unless
+  model.parameter("friction_change_until").value = 4.0;
+  EXPECT_NEAR(torque_on(kMotor, model, 3.9, 50.0), -0.2, 1e-6);
+  EXPECT_NEAR(torque_on(kMotor, model, 4.1, 50.0), -0.5, 1e-6);
 }
 
 /// Accelerations and rates of a model with those values of its states.

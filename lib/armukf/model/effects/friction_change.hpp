@@ -7,9 +7,10 @@
 
 namespace armukf::effects {
 
-/// The motor's dry friction is another from friction_change_time (s since the first sample) on (a
-/// brake that drags or lets go, a seal, grease): torque at the motor = -friction_change tanh(beta
-/// w), w = speed_motor, from there on, and the same with friction_change_before until then.
+/// The motor's dry friction is another from friction_change_time until friction_change_until (s
+/// since the first sample; the default is after any record): a brake that drags or lets go, a seal,
+/// grease. Torque at the motor = -friction_change tanh(beta w), w = speed_motor, between them, and
+/// the same with friction_change_before before and after.
 struct FrictionChange {
   static constexpr std::string_view name = "friction_change";
   static constexpr bool tried_last = true;
@@ -25,14 +26,25 @@ struct FrictionChange {
                       {0.5, 9.5, 10},
                       false,
                       true},
+      EffectParameter{"friction_change_until",
+                      "s",
+                      1e6,
+                      0.0,
+                      1e6,
+                      1.0,
+                      Role::kShape,
+                      {0.5, 9.5, 10},
+                      true,
+                      true,
+                      true},
       EffectParameter{"friction_change_before", "N.m", 0.0, -20.0, 20.0, 0.1}};
   static constexpr std::array<EffectState, 0> states{};
 
   template <class T>
   static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
     const T direction = friction_direction(motion.arm, motion.speed_motor());
-    const T change = (p[0] - p[2]) * from_then_on(motion, p[1]);
-    return {-((p[2] + change) * direction)};
+    const T change = (p[0] - p[3]) * from_until(motion, p[1], p[2]);
+    return {-((p[3] + change) * direction)};
   }
 };
 
