@@ -173,6 +173,26 @@ TEST(Watch, FindsAnArmThatStiffens) {
                1.2 * published_estimate().parameter("k_a").value);
 }
 
+/// By the first samples of so large a change it may be anything: what explains hardly any of them
+/// is not the last word.
+TEST(Watch, NamesAPayloadAsHeavyAsTheArm) {
+  Model plant = published_estimate();
+  plant.add_effect("payload_change");
+  plant.parameter("payload").value = 1.0;
+  plant.parameter("payload_time").value = 6.0;
+  for (const std::uint64_t seed : {61, 75, 80}) {
+    const Record record =
+        simulate_experiment(
+            plant,
+            {.seed = seed, .samples = 18000, .sensor_noise = 0.1, .torque_disturbance = 0.05})
+            .record;
+    const std::vector<Event> events = events_of(record.samples);
+    ASSERT_EQ(events.size(), 2U) << seed;
+    for (const Event& event : events) EXPECT_EQ(event.what, "payload_change") << seed;
+    EXPECT_NEAR(events[1].to, 1.0, 0.05) << seed;
+  }
+}
+
 TEST(Watch, FindsATorqueThatNobodyCommands) {
   expect_found(events_of(record(19.0, published_estimate(), 0.08)), "torque_bias", 0.08);
 }

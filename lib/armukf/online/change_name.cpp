@@ -40,6 +40,12 @@ double TriedChanges::doubt(int best) const {
   return 1.0 + std::max(0.0, trial.left - power_ * trial.samples) / kUnexplained;
 }
 
+bool TriedChanges::explains(int best) const {
+  constexpr double kMuch = 3.0;  // times the usual mean square
+  const Hypothesis& trial = changes_[best].trial;
+  return trial.left < kMuch * power_ * trial.samples;
+}
+
 double TriedChanges::probability(int best) const {
   double sum = 0.0;
   for (int i = 0; i < count_; ++i)

@@ -63,6 +63,8 @@ class TriedChanges {
   /// By how much less differences of evidence count: what a change leaves unexplained another might
   /// explain.
   double doubt(int best) const;
+  /// Whether it leaves not much more of the samples since its onset than innovations usually are.
+  bool explains(int best) const;
   /// Whether what may be the best has found its amount.
   bool have_settled(int best) const;
 

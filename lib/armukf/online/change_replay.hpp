@@ -41,12 +41,14 @@ class ChangeReplay {
   /// What came before does not hang together with what comes.
   void interrupt() { memory_ = 0; }
 
-  /// Begins with these amounts in a condition, and an onset (s).
-  void begin(double onset, std::span<const double> amounts) {
+  /// Begins with these amounts in a condition, and an onset (s), from which it looks further off
+  /// as well where it is to go far.
+  void begin(double onset, std::span<const double> amounts, bool far) {
     trials_.resize(amounts.size());
     for (std::size_t i = 0; i < amounts.size(); ++i)
       trials_[i] = {.amount = amounts[i], .onset = onset};
-    scans_ = true;
+    scan_ = 0;
+    scans_ = far ? static_cast<int>(kScanned.size()) : 1;
   }
 
   /// Goes over them once.
@@ -60,8 +62,12 @@ class ChangeReplay {
       if (trials_[i].given_up) continue;
       tried_.push_back(i);
       const double a = trials_[i].amount;
-      const double less = scans_ ? amount_within(*model_, before, what[i], -1.0) : a;
-      for (const double amount : {a, scans_ ? 1.0 : a + kProbe, less})
+      const auto within = [&](double amount) {
+        return amount_within(*model_, before, what[i], amount);
+      };
+      const double probe = scans() ? within(kScanned[scan_]) : a + kProbe;
+      const double other = scans() ? within(-kScanned[scan_]) : a;
+      for (const double amount : {a, probe, other})
         conditions_.push_back(altered(before, what[i], amount * what[i].usual));
     }
     sums_.assign(tried_.size(), {});
@@ -71,14 +77,14 @@ class ChangeReplay {
         [&](double e, double t, std::int64_t) { add(e, t); });
     for (std::size_t k = 0; k < tried_.size(); ++k) {
       const std::size_t i = tried_[k];
-      if (scans_) {
-        choose(trials_[i], sums_[k]);
+      if (scans()) {
+        choose(trials_[i], sums_[k], kScanned[scan_]);
       } else {
         improve(trials_[i], sums_[k]);
       }
       trials_[i].amount = amount_within(*model_, before, what[i], trials_[i].amount);
     }
-    scans_ = false;
+    if (scans()) ++scan_;
   }
 
   /// Those whose statistic is less than half the best one, and by more than `behind`, are not gone
@@ -141,7 +147,9 @@ class ChangeReplay {
   void archive(Archive& archive) {
     for (Kept& k : kept_) archive(k.t, k.dt, k.u, k.y);
     for (Memory& m : memories_) archive(m.next, m.belief);
-    archive(next_, memory_, trials_, scans_);
+    archive(next_, memory_, trials_, scan_, scans_);
+    scans_ = std::clamp(scans_, 0, static_cast<int>(kScanned.size()));
+    scan_ = std::clamp(scan_, 0, scans_);
     next_ = std::max<std::int64_t>(next_, 0);
     memory_ = std::max<std::int64_t>(memory_, 0);
     for (Memory& m : memories_) m.next = std::clamp<std::int64_t>(m.next, 0, next_);
@@ -152,6 +160,7 @@ class ChangeReplay {
   static constexpr int kMemories = 80;    // of 50 ms
   static constexpr double kProbe = 0.05;  // of the usual size
   static constexpr int kPredictors = 3;   // of a change: as it is tried, and what is tried next
+  static constexpr std::array kScanned{1.0, 3.0};  // usual sizes, either way: the first passes
   static constexpr double kLongestStep = 0.4;
   static constexpr double kFirstOnsetStep = 0.06;  // s
 
@@ -265,12 +274,15 @@ class ChangeReplay {
     }
   }
 
-  /// The first pass: a resonance that has moved far pulls from its own side only.
-  static void choose(Hypothesis& trial, const Sums& s) {
+  /// Whether the next pass looks where to begin: a resonance that has moved far pulls from nearby
+  /// and from its own side only.
+  bool scans() const { return scan_ < scans_; }
+
+  void choose(Hypothesis& trial, const Sums& s, double scanned) const {
     const double best = std::max({s.gained, s.gained_probe, s.gained_other});
-    if (s.gained_probe == best) trial.amount = 1.0;
-    if (s.gained_other == best) trial.amount = -1.0;
-    trial.onset_step = kFirstOnsetStep;
+    if (s.gained_probe == best) trial.amount = scanned;
+    if (s.gained_other == best) trial.amount = -scanned;
+    if (scan_ + 1 == scans_) trial.onset_step = kFirstOnsetStep;
   }
 
   static void improve(Hypothesis& trial, const Sums& s) {
@@ -300,7 +312,8 @@ class ChangeReplay {
   std::int64_t memory_ = 0;
   std::vector<Condition> conditions_;
   std::vector<Hypothesis> trials_;
-  bool scans_ = false;              // whether the next pass looks where to begin
+  int scan_ = 0;                    // of kScanned, what the next pass tries
+  int scans_ = 0;                   // of them, so many
   std::vector<std::size_t> tried_;  // those not given up
   std::vector<Sums> sums_;          // of them
 };

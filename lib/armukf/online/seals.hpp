@@ -7,6 +7,6 @@
 namespace armukf {
 
 inline constexpr Seal kSessionSeal{"armukf_s", 10};
-inline constexpr Seal kTrackSeal{"armukf_t", 12};
+inline constexpr Seal kTrackSeal{"armukf_t", 13};
 
 }  // namespace armukf

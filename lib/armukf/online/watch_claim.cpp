@@ -61,15 +61,21 @@ void Watch::State::tell_unnamed(Session& session) {
 void Watch::State::begin_trials(Session& session, int best) {
   alarm_at = watched;
   alarm_onset = alarm.finding(best).onset;
-  passes = 0;
+  rescans = 0;
   before = with(history.before(alarm_onset - kJustBefore).values);
   if (!knows_noise) return go_on_trying(session);
   // What is frozen since may be better, even of the time before.
   if (gained_by(condition, before, alarm_onset) > 0.0) before = condition;
+  begin_replay();
+}
+
+/// From what the alarm has found by now.
+void Watch::State::begin_replay() {
   std::array<double, kMostChangeables> amounts{};
   for (int i = 0; i < count(); ++i) amounts[i] = std::clamp(alarm.finding(i).amount, -1.0, 1.0);
-  std::visit([&](auto& o) { o.replay.begin(alarm_onset, std::span(amounts).first(what.size())); },
-             observer);
+  const std::span from = std::span(amounts).first(what.size());
+  std::visit([&](auto& o) { o.replay.begin(alarm_onset, from, rescans > 0); }, observer);
+  passes = 0;
 }
 
 /// What was tried, as far as it went. Where the model lacks something, what the alarm has found is
@@ -146,6 +152,7 @@ void Watch::State::go_on_trying(Session& session) {
   if (!told && has_met_another()) return begin_trials(session, alarm.likeliest());
   constexpr int kPassesAtOnce = 6;  // as long as there are few samples
   constexpr int kFewestPasses = 18;
+  constexpr int kMostRescans = 2;
   constexpr double kHopeless = 3.0;  // thresholds behind the best
   if (knows_noise) {
     for (int i = 0; i < (told ? 1 : kPassesAtOnce); ++i, ++passes)
@@ -156,13 +163,22 @@ void Watch::State::go_on_trying(Session& session) {
   }
   const TriedChanges all = tried();
   const int best = all.best();
+  const bool explained = !knows_noise || all.explains(best);
+  // By so few samples all may have been tried from the wrong side.
+  const auto tries_again = [&] {
+    if (explained || rescans == kMostRescans) return false;
+    ++rescans;
+    begin_replay();
+    return true;
+  };
   if (told) {
     const double seen = std::max(all[best].trial.onset + watch.settled_s, alarm_at + watch.name_s);
-    if (watched >= seen) tell(session, all, best);
+    if (watched >= seen && !tries_again()) tell(session, all, best);
     return;
   }
-  const bool late = !knows_noise || watched - alarm_at >= watch.name_s;
-  const bool clear = all.probability(best) >= watch.clear && all.have_settled(best);
+  const bool late = !knows_noise || watched - alarm_at >= (1 + rescans) * watch.name_s;
+  const bool clear = explained && all.probability(best) >= watch.clear && all.have_settled(best);
+  if (late && tries_again()) return;
   if (all[best].statistic() > watch.threshold && (late || clear))
     return has_learnt(session, all[best]) ? begin_anew() : tell(session, all, best);
   if (late) calm();

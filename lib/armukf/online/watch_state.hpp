@@ -89,6 +89,7 @@ struct Watch::State {
   void add_limited(std::vector<Trend>& trends) const;
   void tell_unnamed(Session& session);
   void begin_trials(Session& session, int best);
+  void begin_replay();
   bool has_met_another() const;
   void go_on_trying(Session& session);
   bool has_learnt(const Session& session, const TriedChange& found);
@@ -151,6 +152,7 @@ struct Watch::State {
   double alarm_onset = 0.0;
   double alarm_spread = 1.0;  // of what raised it, before its onset
   int passes = 0;
+  int rescans = 0;  // of the same alarm
   bool told = false;
   double wait = 0.0;          // s, from what was tried and is none to the next try
   double try_again_at = 0.0;  // s, watched
