@@ -50,6 +50,13 @@ Model with_rival(Model rest, const Refit& rival) {
   return rest;
 }
 
+/// Whether it brings a resonance.
+bool swings(const Trial& trial) {
+  return std::ranges::any_of(parameters_of(trial.model.effects.back().effect),
+                             [](const EffectParameter& p) { return p.grid.resonant; });
+}
+
+constexpr double kLikelier = 0.5;       // nats: another minimum
 constexpr double kHopelessNats = 20.0;  // that one search after another hardly makes good
 constexpr double kAsMuch = 0.4;         // of what the best gains
 
@@ -85,14 +92,17 @@ bool NoiseCheck::noise_can_be_all(const AcceptanceSettings& settings) {
   }
   if (!known_.likeliest || !can_be_all()) look_for_base({model}, {}, settings);
   // Once an effect is found, its fit has led the arm where it should be.
-  const bool none_found = given_ != nullptr && model.effects.size() == given_->effects.size();
-  if (none_found && !can_be_all()) {
+  if (none_found() && !can_be_all()) {
     look_for_base({from_given()}, {}, settings);
     looked_from_given_ = true;
     // What an effect would gain may be that of leaving a minimum that both ended in.
     if (!can_be_all() && !hopeless(settings)) look_from_far_off();
   }
   return can_be_all();
+}
+
+bool NoiseCheck::none_found() const {
+  return given_ != nullptr && now_.fit.model.effects.size() == given_->effects.size();
 }
 
 Model NoiseCheck::from_given() const {
@@ -205,6 +215,7 @@ FoundMinimum NoiseCheck::likeliest_near_base(
 std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
                                 const AcceptanceSettings& settings) {
   if (!noise_can_be_all(settings)) return "";
+  if (is_lost_resonance(refit.trial) && !noise_can_be_all(settings)) return "";
   const Model& with = refit.explained.fit.model;
   const double more = more_values(with, now_.fit.model);
   const auto p_of = [&](double gain) {
@@ -234,8 +245,14 @@ std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
       gain, p_of(gain));
 }
 
+bool NoiseCheck::is_lost_resonance(const Trial& trial) {
+  if (!none_found() || !swings(trial) || known_.looked_from_far_off) return false;
+  const double before = base_->loss;
+  look_from_far_off();
+  return base_->loss < before - kLikelier;
+}
+
 bool NoiseCheck::leaves_poor_minimum(const Model& with) {
-  constexpr double kLikelier = 0.5;  // nats
   const double before = base_->loss;
   std::array<FoundMinimum, 2> found;
   for_each_job(static_cast<int>(found.size()), [&](int i) {
@@ -356,6 +373,8 @@ std::vector<Refit> NoiseCheck::likelier(const std::vector<Trial>& trials, const 
   std::erase_if(all,
                 [&](const Likelier& one) { return !(chance_of(one, looks) <= settings.most_p); });
   std::ranges::stable_sort(all, std::greater{}, &Likelier::gain);
+  if (!all.empty() && is_lost_resonance(*all.front().trial))
+    return likelier(trials, looks, settings);
   // By the likelihood, with a price for each parameter: H. Akaike, "A new look at the statistical
   // model identification", IEEE Trans. Autom. Control 19, 1974.
   const auto merit = [&](const Refit& r) {

@@ -137,12 +137,20 @@ class NoiseCheck {
   /// The least -ln of the likelihood of those pieces alone, from the base on.
   double loss_alone(const std::vector<Record>& pieces) const;
 
+  /// Whether it has no effect yet that was not given.
+  bool none_found() const;
+
   /// The model as it stands with the values that were given, if any were.
   Model from_given() const;
 
   /// The model as it stands, the likeliest from those starts and of what was found before.
   void look_for_base(const std::vector<Model>& starts, const std::optional<FilterNoise>& near,
                      const AcceptanceSettings& settings);
+
+  /// Whether what a trial brings may be a resonance of the arm itself, which a search has lost by
+  /// locking two masses together: as long as nothing is found, the arm is then looked for from far
+  /// off, and is likelier.
+  bool is_lost_resonance(const Trial& trial);
 
   /// The same by predictions from high gains to low ones, and by what simulates best; once.
   void look_from_far_off();
