@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
+#include <vector>
 
 #include "armukf/batch/pieces.hpp"
 
@@ -49,6 +51,45 @@ TEST(TimesOf, KeepGapsAndLeaveOutJumpsOfTheClock) {
   EXPECT_NEAR(times[100], 1.5, 1e-12);
   EXPECT_NEAR(times[200], times[199], 1e-6);  // 1.7e9 s are known to 2e-7 s
   EXPECT_NEAR(times[299] - times[200], 0.99, 1e-6);
+}
+
+/// A speed that goes up and down, and whose sensor errs; none of its values is twice the same.
+std::vector<double> moving_speeds() {
+  std::mt19937 random(7);
+  std::normal_distribution<double> error(0.0, 0.1);
+  std::vector<double> speeds;
+  for (int k = 0; k < 4000; ++k) speeds.push_back(20.0 * std::sin(0.01 * k) + error(random));
+  return speeds;
+}
+
+HeldWatch watched(const std::vector<double>& speeds) {
+  HeldWatch held;
+  for (const double y : speeds) held(y);
+  return held;
+}
+
+TEST(HeldWatch, CountsWhatIsShownTwice) {
+  std::vector<double> speeds = moving_speeds();
+  EXPECT_EQ(watched(speeds).share(), 0.0);
+  for (std::size_t k = 1; k < speeds.size(); k += 2) speeds[k] = speeds[k - 1];
+  EXPECT_TRUE(watched(speeds).is_held());
+  EXPECT_NEAR(watched(speeds).share(), 0.5, 0.001);
+  speeds.insert(speeds.begin() + 2000, 5000, speeds[2000]);  // the arm stands still
+  EXPECT_NEAR(watched(speeds).share(), 0.5, 0.001);
+}
+
+TEST(HeldWatch, LeavesOutSteps) {
+  for (const double step : {0.001, 0.02, 0.05, 0.1, 0.2, 0.5, 2.0}) {
+    std::vector<double> speeds = moving_speeds();
+    for (double& y : speeds) y = step * std::round(y / step);
+    EXPECT_FALSE(watched(speeds).is_held()) << step;
+  }
+}
+
+TEST(HeldWatch, NeedsAMeasurement) {
+  HeldWatch held = watched(std::vector<double>(4000, kNaN));
+  EXPECT_FALSE(held.is_held());
+  EXPECT_EQ(held.share(), 0.0);
 }
 
 TEST(StretchesOf, CountWhatIsLeftOfEachPiece) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "armukf/core/constants.hpp"
@@ -66,6 +67,65 @@ class RestWatch {
 
   double last_ = kNaN;
   int still_ = 0;
+};
+
+/// Tells in how many samples a sensor in motion shows what it has shown in the sample before, as
+/// where samples are lost or come at another rate. What a sensor brings about that shows steps is
+/// left out: where they are fine, as many samples differ by nothing as by a step up, and as by one
+/// down; where many changes are by one step, nothing is told.
+class HeldWatch {
+ public:
+  /// rad/s; NaN where nothing was measured, or at the beginning of another record.
+  void operator()(double y) {
+    if (y == last_) {
+      ++run_;
+      return;
+    }
+    if (run_ <= kLongestHeld) {
+      count_ += run_;
+      held_ += run_;
+    }
+    run_ = 0;
+    const double change = std::abs(y - last_);
+    last_ = y;
+    if (std::isnan(change)) return;
+    ++count_;
+    if (change < kSmaller * step_) {
+      step_ = change;
+      by_a_step_ = 0.0;
+    }
+    if (change < kOneStep * step_) ++by_a_step_;
+  }
+
+  /// Of the samples in motion.
+  double share() const {
+    return count_ > 0.0 ? std::max(0.0, held_ - 0.5 * by_a_step_) / count_ : 0.0;
+  }
+
+  /// Whether that is more than a sample here and there.
+  bool is_held() const {
+    return count_ >= kEnough && by_a_step_ < kFine * (count_ - held_) && share() > kNowAndThen;
+  }
+
+  template <class Archive>
+  void archive(Archive& archive) {
+    archive(last_, run_, count_, held_, by_a_step_, step_);
+  }
+
+ private:
+  static constexpr double kLongestHeld = 200.0;  // samples; beyond, the arm is at rest
+  static constexpr double kSmaller = 0.75;       // than the steps so far: theirs were several
+  static constexpr double kOneStep = 1.5;
+  static constexpr double kFine = 0.2;       // of the changes, that are by one of the steps
+  static constexpr double kEnough = 1000.0;  // samples
+  static constexpr double kNowAndThen = 0.01;
+
+  double last_ = kNaN;
+  double run_ = 0.0;  // of samples that have shown it again
+  double count_ = 0.0;
+  double held_ = 0.0;
+  double by_a_step_ = 0.0;
+  double step_ = kInfinite;  // rad/s, the smallest so far
 };
 
 /// Pieces of the records between their gaps: each begins with initial states of its own. They keep

@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "armukf/core/constants.hpp"
+#include "armukf/core/segments.hpp"
+
 namespace armukf {
 namespace {
 
 constexpr double kOfInnovations = 0.05;  // of their variance: from there on steps matter
-constexpr double kStandingStill = 0.01;  // of the samples
 
 /// rad/s, of which all differences between the speeds are multiples; 0 if there is none.
 double step_of(const std::vector<Record>& pieces) {
@@ -33,25 +35,14 @@ double step_of(const std::vector<Record>& pieces) {
   return step;
 }
 
-/// Share of the samples that tell the same speed as the one before, beyond what steps bring about:
-/// by chance as many differ by nothing as by a step up, and as by one down.
-double standing_still(const std::vector<Record>& pieces, double step) {
-  double same = 0.0;
-  double next = 0.0;
-  double count = 0.0;
+HeldWatch watched(const std::vector<Record>& pieces) {
+  HeldWatch held;
   for (const Record& piece : pieces) {
-    for (std::size_t k = 1; k < piece.samples.size(); ++k) {
-      const double change = std::abs(piece.samples[k].y - piece.samples[k - 1].y);
-      if (std::isnan(change)) continue;
-      count += 1.0;
-      if (change == 0.0) {
-        same += 1.0;
-      } else if (change < 1.5 * step) {
-        next += 1.0;
-      }
-    }
+    held(kNaN);
+    for (const Sample& sample : piece.samples) held(sample.y);
   }
-  return count > 0.0 ? (same - 0.5 * next) / count : 0.0;
+  held(kNaN);
+  return held;
 }
 
 double variance_of(const std::vector<double>& innovations) {
@@ -73,11 +64,11 @@ std::vector<std::string> sensor_faults(const std::vector<Record>& pieces,
   const double of_steps = step * step / 12.0;  // variance of rounding to them
   if (of_steps > kOfInnovations * variance_of(innovations))
     return {fmt::format("the speed is measured in steps of {:.3g} rad/s", step)};
-  if (const double share = standing_still(pieces, step); share > kStandingStill)
+  if (const HeldWatch held = watched(pieces); held.is_held())
     return {
         fmt::format("the measured speed is that of the sample before in {:.1f} % of them, as "
                     "where samples are lost",
-                    100.0 * share)};
+                    100.0 * held.share())};
   return {};
 }
 

@@ -11,6 +11,7 @@ void Tally::begin_anew() {
 void Tally::add(const Estimate& estimate) {
   ++samples_;
   ++counts_[static_cast<std::size_t>(estimate.status)];
+  held_(estimate.sample.y);
   if (rests_(estimate.sample.y)) {
     count(estimate, false);
     return torques_.pass_over(estimate);

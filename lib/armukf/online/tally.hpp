@@ -23,13 +23,14 @@ class Tally {
   std::size_t count(Status status) const { return counts_[static_cast<std::size_t>(status)]; }
   const InnovationStatistics& innovations() const { return innovations_; }
   const TorqueTest& torques() const { return torques_; }
+  const HeldWatch& held() const { return held_; }
 
   /// The innovations by which the model is judged: of the machine as it is now.
   const InnovationStatistics& lately() const { return changed_ ? lately_ : innovations_; }
 
   template <class Archive>
   void archive(Archive& archive) {
-    archive(samples_, counts_, rests_, innovations_, torques_, changed_, lately_);
+    archive(samples_, counts_, rests_, held_, innovations_, torques_, changed_, lately_);
   }
 
  private:
@@ -38,6 +39,7 @@ class Tally {
   std::size_t samples_ = 0;
   std::array<std::size_t, 5> counts_{};  // by Status
   RestWatch rests_;
+  HeldWatch held_;
   InnovationStatistics innovations_;  // none of an arm at rest, which tell nothing
   TorqueTest torques_;
   bool changed_ = false;         // the machine has
