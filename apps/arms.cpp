@@ -76,7 +76,7 @@ class Models {
     options.file = file;
     ModelFile model = chosen_model(options);
     choose_filter(model.settings, job.filter);
-    forget(model.settings, job.forget);
+    forget(model, job.forget);
     return model;
   }
 

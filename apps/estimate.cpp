@@ -294,7 +294,7 @@ void estimate(const EstimateOptions& o) {
   if (o.forget > 1.0 && !start.settings.belief)
     throw InputError(
         "--forget: needs a --model that tells deviations of an earlier estimate or fit");
-  forget(start.settings, o.forget);
+  forget(start, o.forget);
   if (o.start.any()) {
     const Record record = o.start.frequency ? read_record(o.input, o.columns) : Record{};
     const std::string found = find_start(o.start, o.model, record, o.columns, start);
@@ -334,7 +334,8 @@ void add_estimate(CLI::App& program) {
   command
       .add_option("--forget", o->forget,
                   "deviations that a model file of an earlier estimate or fit tells count so many\n"
-                  "times, for those who expect wear")
+                  "times, for those who expect wear; where most would then be as large as at the\n"
+                  "start of an estimate from scratch, it is one, from the file's values")
       ->check(number_from(1.0));
   add_start_options(command, o->start);
   add_model_options(command, o->model);

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -9,6 +10,8 @@
 #include <vector>
 
 #include "armukf/batch/identify.hpp"
+#include "armukf/batch/simulation.hpp"
+#include "armukf/core/error.hpp"
 #include "armukf/io/csv_reader.hpp"
 #include "armukf/report/fit_report.hpp"
 #include "commands.hpp"
@@ -37,6 +40,15 @@ struct FitOptions {
   Columns columns;
 };
 
+/// Of predictions a filter finds the arm's states, whatever they are given as.
+void check_given(const InitialChoice& initial, const Model& model) {
+  const std::vector<int> uncorrected = prediction_choice(model).free;
+  for (const auto& [state, value] : initial.given)
+    if (std::ranges::find(uncorrected, state) == uncorrected.end())
+      throw InputError(fmt::format("--initial: {}: not with --criterion {}, whose filter finds it",
+                                   model.states[state].name, kPrediction));
+}
+
 void fit(FitOptions& o) {
   check_outputs(o.files, {{"--save", o.save}, {"--json", o.report.json}});
   ModelFile start = chosen_model(o.model);
@@ -47,6 +59,7 @@ void fit(FitOptions& o) {
   o.settings.initial =
       chosen_initial(o.initial, start.model,
                      predicts ? prediction_choice(start.model) : published_choice(start.model));
+  if (predicts) check_given(o.settings.initial, start.model);
   std::vector<Record> records;
   for (const std::string& file : o.files) records.push_back(read_record(file, o.columns));
   const std::string found = find_start(o.start, o.model, records.front(), o.columns, start);

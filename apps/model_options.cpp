@@ -4,9 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <string_view>
 
 #include "armukf/core/error.hpp"
+#include "armukf/model/coordinates.hpp"
 #include "option_values.hpp"
 
 namespace armukf::apps {
@@ -63,13 +66,35 @@ void add_columns_option(CLI::App& command, Columns& columns) {
       ->type_name("t=NAME,u=NAME,y=NAME");
 }
 
-void add_filter_option(CLI::App& command, std::string& filter) {
+void add_filter_option(CLI::App& command, std::string& filter,
+                       const std::vector<std::string>& names) {
   command.add_option("--filter", filter,
-                     fmt::format("one of {}; ukf by default", fmt::join(filter_names(), ", ")));
+                     fmt::format("one of {}; ukf by default", fmt::join(names, ", ")));
 }
 
-void forget(EstimatorSettings& settings, double factor) {
-  if (settings.belief) settings.belief->widen(factor);
+void forget(ModelFile& file, double factor) {
+  if (!file.settings.belief) return;
+  ParameterBelief& belief = *file.settings.belief;
+  const FreeCoordinates coordinates(file.model);
+  const std::vector<double> values = file.model.values();
+  const std::vector<int>& unknowns = coordinates.unknowns();
+  std::vector<int> places;
+  for (const int i : unknowns) places.push_back(belief.place_of(file.model.parameters[i].name));
+  const auto covariance = [&](int i, int j) {
+    return places[i] < 0 || places[j] < 0 ? 0.0 : belief.covariance(places[i], places[j]);
+  };
+  std::vector<double> factors(belief.names.size(), factor);
+  std::size_t forgotten = 0;
+  for (int k = 0; k < coordinates.size(); ++k) {
+    if (places[k] < 0) continue;
+    const double sd = std::sqrt(coordinates.free_covariance(k, k, values.data(), covariance));
+    const double most = file.model.parameters[unknowns[k]].spread / sd;
+    if (!(factor > most)) continue;
+    factors[places[k]] = std::max(1.0, most);
+    ++forgotten;
+  }
+  belief.widen(factors);
+  if (2 * forgotten > factors.size()) file.settings.belief.reset();
 }
 
 void choose_filter(EstimatorSettings& settings, const std::string& name) {

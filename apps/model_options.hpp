@@ -20,7 +20,8 @@ struct ModelOptions {
 
 void add_model_options(CLI::App& command, ModelOptions& options);
 void add_columns_option(CLI::App& command, Columns& columns);
-void add_filter_option(CLI::App& command, std::string& filter);
+void add_filter_option(CLI::App& command, std::string& filter,
+                       const std::vector<std::string>& names = filter_names());
 
 /// An option that may be repeated and takes one value each time: no file name after it is lost.
 CLI::Option* add_repeatable(CLI::App& command, const std::string& names,
@@ -34,7 +35,9 @@ ModelFile chosen_model(const ModelOptions& options, const ModelFile& otherwise =
 /// The filter of that name, if one is named. InputError lists those there are.
 void choose_filter(EstimatorSettings& settings, const std::string& name);
 
-/// Trusts what an earlier estimate believed by so much less, if the model file has any of it.
-void forget(EstimatorSettings& settings, double factor);
+/// Deviations that an earlier estimate has told count so many times, if the model file has any; but
+/// nothing counts as less sure than at the start of an estimate from scratch, and where that is so
+/// of most parameters, all is forgotten but the values.
+void forget(ModelFile& file, double factor);
 
 }  // namespace armukf::apps

@@ -135,6 +135,10 @@ void simulate(SimulateOptions& o) {
   check_outputs({}, {{"-o", o.output}, {"--save", o.save}, {"--json", o.report.json}});
   ExperimentSettings& s = o.settings;
   s.kind = of_option("--experiment", [&] { return find_experiment(o.experiment); });
+  if (s.sensor_pole != 0.0 && s.sensor_noise == 0.0)
+    throw InputError("--sensor-pole: of no noise; give --sensor-noise");
+  if (s.torque_pole != 0.0 && s.torque_disturbance == 0.0)
+    throw InputError("--torque-pole: of no torque; give --torque-disturbance");
   const ModelFile chosen = chosen_model(o.model, {published_estimate(), {}});
   const Model& model = chosen.model;
   const std::vector<std::string> header = header_of(o, model);

@@ -62,7 +62,7 @@ void add_smooth(CLI::App& program) {
       "A pass of the filter forwards and one of the smoother back. The beliefs of all samples are\n"
       "kept: 0.7 kB a sample for the published arm. Rows go to standard output, the summary to\n"
       "standard error; with --json - only the JSON is printed.");
-  add_filter_option(command, o->filter);
+  add_filter_option(command, o->filter, smoothing_filter_names());
   command
       .add_option("--passes", o->passes,
                   "passes of the filter, the last of which is smoothed; 3 by default")

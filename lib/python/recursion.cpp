@@ -35,8 +35,7 @@ py::tuple estimate(const NamedRows& rows, const ModelFile& start, int passes) {
                            start.settings.gate.longest_gap_s);
     json = estimate_json(summary).dump();
   }
-  return py::make_tuple(
-      json, to_go_on_from(summary.estimate.model, start.settings, summary.estimate.belief));
+  return py::make_tuple(json, to_go_on_from(summary.estimate, start.settings));
 }
 
 std::string score(const NamedRows& rows, const ModelFile& start) {

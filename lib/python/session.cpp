@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "armukf/online/recursion.hpp"
 #include "armukf/report/model_file.hpp"
 #include "arrays.hpp"
 #include "bindings.hpp"
@@ -152,7 +153,9 @@ class OneAtATime {
     last_t_ = kNoTime;
   }
 
-  ModelFile model() { return to_go_on_from(idle().model(), settings_, idle().belief()); }
+  ModelFile model() {
+    return to_go_on_from(result_of(idle(), settings_.filter, {}, 0.0), settings_);
+  }
   py::array_t<double> sd() { return as_array(idle().parameter_deviations()); }
   py::array_t<double> model_sd() { return as_array(idle().model_deviations()); }
   py::array_t<double> covariance() { return rows_of(idle().parameter_covariance()); }

@@ -135,6 +135,38 @@ TEST_F(Program, PredictionsThatLeaveMuchAreSaidToBendTheModel) {
   EXPECT_TRUE(says("lag.csv"));
 }
 
+TEST_F(Program, OfSamplesThatEndTooSoonOnlyValuesAreSaved) {
+  run("simulate -o a.csv --samples 9000 --sensor-noise 0.1");
+  const Outcome all = run("a.csv --save all.toml");
+  EXPECT_EQ(all.error.find("only values are saved"), std::string::npos) << all.error;
+  EXPECT_NE(text("all.toml").find("[belief]"), std::string::npos);
+  run("simulate -o b.csv --samples 2000 --sensor-noise 0.1");
+  const Outcome few = run("b.csv --save few.toml");
+  EXPECT_NE(few.error.find("only values are saved"), std::string::npos) << few.error;
+  EXPECT_EQ(text("few.toml").find("[belief]"), std::string::npos);
+}
+
+TEST_F(Program, ForgettingNearlyAllBeginsFromTheValuesOfTheFile) {
+  run("simulate -o a.csv --samples 3000 --sensor-noise 0.1");
+  ASSERT_EQ(run("fit a.csv --iterations 3 --save fit.toml --quiet").status, 0);
+  const std::string file = text("fit.toml");
+  put("values.toml", file.substr(0, file.find("[belief]")));
+  const std::string anew = run("a.csv --model values.toml --quiet").output;
+  EXPECT_TRUE(run("a.csv --model fit.toml --forget 1e9 --quiet").output == anew);
+  EXPECT_FALSE(run("a.csv --model fit.toml --forget 1 --quiet").output == anew);
+}
+
+TEST_F(Program, OptionsThatWouldDoNothingAreRefused) {
+  run("simulate -o a.csv --samples 500 --sensor-noise 0.1");
+  expect_refused("fit a.csv --criterion prediction --initial speed_gear=5",
+                 "--initial: speed_gear: not with --criterion prediction, whose filter finds it");
+  expect_refused("simulate -o b.csv --sensor-pole 0.9",
+                 "--sensor-pole: of no noise; give --sensor-noise");
+  expect_refused("simulate -o b.csv --torque-pole 0.9",
+                 "--torque-pole: of no torque; give --torque-disturbance");
+  EXPECT_EQ(run("smooth --help").output.find("srukf"), std::string::npos);
+}
+
 TEST_F(Program, StartValuesFromScratchNeedWhatTheyAreFrom) {
   run("simulate -o slow.csv --samples 200 --experiment validation3");
   expect_refused("fit --start slow",

@@ -118,6 +118,42 @@ TEST(Identify, RefusesARecordShorterThanItsUnknowns) {
   }
 }
 
+TEST(Identify, RefusesTimesInAnotherUnit) {
+  Record record = experiment(2000, 0.1);
+  for (Sample& sample : record.samples) sample.t *= 1e3;
+  record.name = "ms.csv";
+  try {
+    identify(published_arm(), {record}, {});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(),
+                 "ms.csv: t: samples are 0.5 s apart, too far for any arm: is t in s?");
+  }
+}
+
+TEST(Identify, ScoresAModelOfWhichNothingIsToBeFound) {
+  const std::vector<Record> records{experiment(3000, 0.1)};
+  for (const Criterion criterion : {Criterion::kSimulation, Criterion::kPrediction}) {
+    IdentifySettings settings;
+    settings.criterion = criterion;
+    settings.initial = {{}, {}};
+    const Identification found = identify(all_known(published_estimate()), records, settings);
+    EXPECT_TRUE(found.parameters.empty());
+    EXPECT_TRUE(std::isfinite(found.fpe));
+    if (criterion == Criterion::kPrediction) EXPECT_NEAR(found.noise->rmse, 0.1, 0.02);
+  }
+}
+
+TEST(Identify, DeviationsDoNotHangOnTheOrderOfTheRecords) {
+  const Record one = experiment(4000, 0.1, 3);
+  const Record other = experiment(2500, 0.3, 4);
+  const Identification found = identify(published_arm(), {one, other}, free_states());
+  const Identification again = identify(published_arm(), {other, one}, free_states());
+  for (std::size_t i = 0; i < found.parameters.size(); ++i)
+    EXPECT_NEAR(again.parameters[i].block_sd / found.parameters[i].block_sd, 1.0, 0.02)
+        << found.model.parameters[found.parameters[i].position].name;
+}
+
 TEST(Identify, KeepsTheBestWhenIterationsRunOut) {
   IdentifySettings settings = free_states();
   settings.iterations = 2;

@@ -28,6 +28,10 @@ TEST(InverseInformation, InvertsWhateverTheUnits) {
   EXPECT_LT((scaled - Eigen::MatrixXd::Identity(4, 4)).norm(), 1e-10);
 }
 
+TEST(InverseInformation, IsNothingOfNothing) {
+  EXPECT_EQ(inverted(Eigen::MatrixXd(0, 0)).size(), 0);
+}
+
 TEST(InverseInformation, IsInfiniteWhereTheRecordIsBlind) {
   JacobianMatrix J = random_rows(40, 4, 2);
   J.col(1).setZero();

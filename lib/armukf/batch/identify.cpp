@@ -36,6 +36,20 @@ void check_length(const OutputError& error, const std::vector<Record>& records) 
                                error.variables()));
 }
 
+/// Times in another unit would make a search of hours.
+void check_interval(const std::vector<Record>& records) {
+  constexpr double kLongest = 0.2;  // s; nothing of an arm's resonances shows any more
+  for (const Record& record : records) {
+    const std::vector<Sample>& samples = record.samples;
+    const double usual =
+        (samples.back().t - samples.front().t) / static_cast<double>(samples.size());
+    if (usual > kLongest)
+      throw InputError(
+          record.name, 0, "t",
+          fmt::format("samples are {:.3g} s apart, too far for any arm: is t in s?", usual));
+  }
+}
+
 /// Start values drawn from the parameters' prior, inside their bounds.
 Model drawn(const Model& model, std::mt19937_64& generator) {
   const FreeCoordinates coordinates(model);
@@ -313,6 +327,7 @@ Identification identify_pieces(const Model& model, const std::vector<Record>& re
   const Crew crew(settings.threads);
   const OutputError unfitted(model, records, settings.initial, settings.propagation);
   check_length(unfitted, records);
+  check_interval(records);
   SearchTask task{records, settings.initial, settings.propagation, limits_for(unfitted),
                   settings.derivatives};
   task.limits.iterations = settings.iterations;

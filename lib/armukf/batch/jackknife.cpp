@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <numeric>
 #include <utility>
 
@@ -43,6 +44,36 @@ struct NormalEquations {
     slope.tail(m) = B.transpose() * r;
   }
 };
+
+/// What is weighed, record after record. Which of them come first decides where parts end, and must
+/// not be the user's to decide: those with the largest errors.
+struct Weighed {
+  Eigen::VectorXd r;
+  JacobianMatrix J;
+  std::vector<std::size_t> records;  // in that order
+  std::vector<Stretch> stretches;    // rows of each
+};
+
+Weighed in_order(const Eigen::VectorXd& r, const JacobianMatrix& J,
+                 const std::vector<Stretch>& stretches) {
+  Weighed all{Eigen::VectorXd(r.size()),
+              JacobianMatrix(J.rows(), J.cols()),
+              std::vector<std::size_t>(stretches.size()),
+              {}};
+  std::iota(all.records.begin(), all.records.end(), std::size_t{0});
+  std::ranges::stable_sort(all.records, std::greater{}, [&](std::size_t e) {
+    return r.segment(stretches[e].first, stretches[e].count).squaredNorm();
+  });
+  Index first = 0;
+  for (const std::size_t e : all.records) {
+    const Stretch& own = stretches[e];
+    all.r.segment(first, own.count) = r.segment(own.first, own.count);
+    all.J.middleRows(first, own.count) = J.middleRows(own.first, own.count);
+    all.stretches.push_back({first, own.count});
+    first += own.count;
+  }
+  return all;
+}
 
 /// Where the parts end, the first of them beginning at row 0, so that each tells as much: where an
 /// arm stands still for long, equal times would leave all in one part that tells anything.
@@ -120,18 +151,23 @@ double jackknife_deviation(std::span<const double> found) {
 }
 
 std::vector<double> jackknife_deviations(const EndedFit& fit) {
-  Eigen::VectorXd r = fit.at.r;
-  JacobianMatrix J = fit.at.J;
-  soften(fit.huber_scale, r, J);
+  Eigen::VectorXd softened = fit.at.r;
+  JacobianMatrix derivatives = fit.at.J;
+  soften(fit.huber_scale, softened, derivatives);
+  const Weighed weighed = in_order(softened, derivatives, fit.error.stretches());
+  const Eigen::VectorXd& r = weighed.r;
+  const JacobianMatrix& J = weighed.J;
   const NormalEquations all(J, r);
-  const std::vector<Stretch> stretches = fit.error.stretches();
   const Variables variables =
       fit.error.variables_of_model(fit.error.initial_states_at(fit.variables.data()));
   const Model known = all_known(fit.error.model_at(fit.variables.data()));
   std::vector<std::vector<std::vector<double>>> states;
-  for (int e = 0; !fit.predicts && e < static_cast<int>(fit.records.size()); ++e)
-    states.push_back(simulate_states(known, fit.error.initial_states_at(fit.variables.data(), e),
-                                     fit.records[e].samples, fit.propagation));
+  for (const std::size_t e : weighed.records) {
+    if (fit.predicts) break;
+    states.push_back(simulate_states(
+        known, fit.error.initial_states_at(fit.variables.data(), static_cast<int>(e)),
+        fit.records[e].samples, fit.propagation));
+  }
   const int unknowns = fit.error.unknowns();
   const std::vector<Index> ends = ends_of_parts(J, all, unknowns);
   std::vector<std::vector<double>> found(kJackknifeBlocks);
@@ -141,10 +177,10 @@ std::vector<double> jackknife_deviations(const EndedFit& fit) {
     NormalEquations equations = all;
     equations.drop(J.middleRows(begin, end - begin), r.segment(begin, end - begin));
     for (std::size_t e = 0; e < states.size(); ++e) {
-      const Index first = stretches[e].first;
-      const Index last = first + stretches[e].count;
+      const Index first = weighed.stretches[e].first;
+      const Index last = first + weighed.stretches[e].count;
       if (!(first < end && end < last)) continue;  // the part does not end within this record
-      const std::vector<Sample>& samples = fit.records[e].samples;
+      const std::vector<Sample>& samples = fit.records[weighed.records[e]].samples;
       const JacobianMatrix B = by_states(fit, known, states[e][end - first],
                                          {samples.begin() + (end - first), samples.end()});
       equations.let_begin_anew(J.middleRows(end, last - end), B, r.segment(end, last - end));

@@ -68,6 +68,7 @@ Eigen::MatrixXd inverse_information(const JacobianMatrix& J) { return inverted(i
 Eigen::MatrixXd inverted(const Eigen::MatrixXd& information) {
   constexpr double kRank = 1e-13;  // relative; J' J of double precision holds no more
   const Eigen::Index n = information.cols();
+  if (n == 0) return information;
   Eigen::VectorXd unit(n);
   for (Eigen::Index i = 0; i < n; ++i)
     unit[i] = information(i, i) > 0.0 ? 1.0 / std::sqrt(information(i, i)) : 1.0;

@@ -15,6 +15,7 @@ RecursiveEstimate result_of(const Session& session, const std::string& filter, c
           .belief = session.belief(),
           .hardly_told = session.hardly_told(),
           .settling = session.is_settling(),
+          .may_change_its_mind = session.may_change_its_mind(),
           .condition = session.condition()};
 }
 

@@ -23,6 +23,7 @@ struct RecursiveEstimate {
   ParameterBelief belief;        // its covariance goes with sd
   std::vector<std::string> hardly_told;  // names of parameters, see Session
   bool settling = false;                 // when the samples ended, see Session
+  bool may_change_its_mind = false;      // the same
   Condition condition;                   // of drive and sensor, where they have changed
 };
 

@@ -123,6 +123,11 @@ std::vector<std::string> filter_names() {
   return names;
 }
 
+std::vector<std::string> smoothing_filter_names() {
+  const std::vector<std::string_view> names = names_of(SmoothingFilters<PublishedShape>());
+  return {names.begin(), names.end()};
+}
+
 std::string find_filter(std::string_view name) {
   const std::vector<std::string> names = filter_names();
   if (std::ranges::find(names, name) != names.end()) return std::string(name);

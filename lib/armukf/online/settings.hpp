@@ -133,9 +133,11 @@ struct ParameterBelief {
   }
 
   /// All deviations times the factor, for those who expect wear.
-  void widen(double factor) {
+  void widen(double factor) { widen(std::vector<double>(names.size(), factor)); }
+  /// Each times its own.
+  void widen(const std::vector<double>& factors) {
     for (int i = 0; i < covariance.size(); ++i)
-      for (int j = 0; j < covariance.size(); ++j) covariance(i, j) *= factor * factor;
+      for (int j = 0; j < covariance.size(); ++j) covariance(i, j) *= factors[i] * factors[j];
   }
 };
 
@@ -163,8 +165,9 @@ struct EstimatorSettings {
 bool is_adaptive(std::string_view filter);
 std::string_view kind_of(std::string_view filter);
 
-/// Names of the filters that `EstimatorSettings::filter` takes.
+/// Names of the filters that `EstimatorSettings::filter` takes, and of those that smooth() does.
 std::vector<std::string> filter_names();
+std::vector<std::string> smoothing_filter_names();
 /// The name itself, if it is one of them; otherwise throws InputError that lists them.
 std::string find_filter(std::string_view name);
 

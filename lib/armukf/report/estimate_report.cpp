@@ -102,6 +102,16 @@ std::string caveat(const RecursiveEstimate& e) {
   return "";
 }
 
+/// What no filter knows that takes each sample for a measurement of its own.
+std::string held_text(const HeldWatch& held) {
+  if (!held.is_held()) return "";
+  return fmt::format(
+      "  note: the measured speed is that of the sample before in {:.0f} % of the samples, as "
+      "where\n"
+      "        some are lost: such a sample is no measurement; leave its y empty\n",
+      100.0 * held.share());
+}
+
 /// The noise that was learnt, and whether there is more than noise; where nobody watched, that may
 /// be a change.
 std::string noise_text(const RecursiveEstimate& e, bool watched) {
@@ -221,6 +231,15 @@ std::string over_text(const EstimateSummary& s) {
                            : fmt::format(", over the first {} samples", samples);
 }
 
+/// What a change was told to be, its samples deny.
+std::string contradicted_text(const EstimateSummary& s) {
+  if (!s.is_since_change || !(s.simulation.fit_percent < 0.0)) return "";
+  return "  note: since the last change a simulation explains nothing of the motion: what was told "
+         "to "
+         "have\n"
+         "        changed has not, or is not all of it; begin anew, or ask `armukf diagnose`\n";
+}
+
 }  // namespace
 
 std::optional<WatchSummary> summary_of(const Watch* watch, const Model& start,
@@ -250,6 +269,9 @@ std::string hardly_told_text(const std::vector<std::string>& names) {
 }
 
 std::string unsaved_text(const RecursiveEstimate& estimate) {
+  if (estimate.may_change_its_mind)
+    return "note: only values are saved: so few seconds tell no deviations that another estimate\n"
+           "      could go on from";
   std::string names;
   for (const Deviance& d : deviances(estimate.condition))
     if (d.of_sensor)
@@ -345,6 +367,7 @@ nlohmann::ordered_json estimate_json(const EstimateSummary& s) {
   json["innovation"]["model_lacks"] = model_lacks(e);
   json["innovation"]["torque_tests"] = torque_tests_json(e.tally.torques().result());
   json["innovation"]["not_noise_percent"] = 100.0 * e.belief.noise.not_noise;
+  json["held_percent"] = 100.0 * e.tally.held().share();
   json["noise"] = noise_json(e.belief.noise);
   json["parameters"] = parameters_json(e.model, e.sd);
   for (std::size_t i = 0; i < e.model.parameters.size(); ++i)
@@ -424,7 +447,9 @@ std::string estimate_text(const EstimateSummary& s) {
       "  simulated with the final parameters: {}{}\n",
       simulation_text(s.simulation.fit_percent, s.simulation.mse, s.simulation.free), over_text(s));
   text += hopeless_text(s.simulation.fit_percent, innovations.fit_percent());
-  return text + hardly_told_text(e.hardly_told) + noise_text(e, s.watch.has_value());
+  text += contradicted_text(s);
+  return text + held_text(e.tally.held()) + hardly_told_text(e.hardly_told) +
+         noise_text(e, s.watch.has_value());
 }
 
 }  // namespace armukf

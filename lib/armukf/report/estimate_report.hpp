@@ -75,7 +75,8 @@ std::string simulation_text(double fit_percent, double mse, const std::optional<
 std::string settling_text();
 std::string hardly_told_text(const std::vector<std::string>& names);
 
-/// What a watch has found that no model file can hold; empty if nothing.
+/// What no model file holds of an estimate: what a watch has found of the sensor, deviations that
+/// may change by more than samples can tell; empty if nothing.
 std::string unsaved_text(const RecursiveEstimate& estimate);
 
 /// A question about units and signs where neither a simulation nor predictions one sample ahead

@@ -47,7 +47,7 @@ std::string name_of(const Identification& found, const ParameterEstimate& estima
 /// Whether initial states that are not free have to be: an arm that had moved before.
 bool begins_in_motion(const Identification& found) {
   constexpr double kMuch = 0.8;  // of the error of a beginning may be left
-  return found.left_by_free_states < kMuch;
+  return !found.parameters.empty() && found.left_by_free_states < kMuch;
 }
 
 /// Whether two deviations are more than the value, or than its typical size if that is larger.
@@ -269,9 +269,10 @@ std::string fit_text(const FitSummary& s) {
     text += experiment_line(e);
     text += initial_line(found.model, e.fit.initial);
   }
-  text += fmt::format("  {}, FPE {:.5g}, AIC {:.6g}, BIC {:.6g}\n",
-                      simulation_text(found.fit_percent, found.mse, found.free), found.fpe,
-                      found.aic, found.bic);
+  text += fmt::format("  {}, {}FPE {:.5g}, AIC {:.6g}, BIC {:.6g}\n",
+                      simulation_text(found.fit_percent, found.mse, found.free),
+                      found.noise ? "simulated; of predictions: " : "", found.fpe, found.aic,
+                      found.bic);
   if (!found.noise) text += hopeless_text(found.fit_percent, 0.0);
   if (found.noise)
     text += fmt::format(

@@ -285,8 +285,12 @@ ModelFile to_go_on_from(Model model, EstimatorSettings settings, ParameterBelief
 }
 
 ModelFile to_go_on_from(const RecursiveEstimate& estimate, EstimatorSettings settings) {
-  return to_go_on_from(with_drive(estimate.model, estimate.condition), std::move(settings),
-                       estimate.belief);
+  Model model = with_drive(estimate.model, estimate.condition);
+  if (estimate.may_change_its_mind) {
+    settings.belief.reset();
+    return {std::move(model), std::move(settings)};
+  }
+  return to_go_on_from(std::move(model), std::move(settings), estimate.belief);
 }
 
 ModelFile read_model_file(const std::string& path) {
