@@ -121,8 +121,8 @@ void Watch::State::archive(Archive& archive) {
     filter = StepFilter(1 + count(), sample_s);
   }
   archive(power, filter, misfit, alarm, surge, wear, pace, quiet_until, astray, running, before,
-          alarm_at, alarm_onset, alarm_spread, passes, rescans, told, wait, try_again_at, wear_taken_until,
-          history);
+          alarm_at, alarm_onset, alarm_spread, passes, rescans, told, wait, try_again_at,
+          wear_taken_until, history);
   unsure.archive(archive);
   trend_begin.archive(archive);
   std::visit(
