@@ -73,7 +73,7 @@ void add_filter_option(CLI::App& command, std::string& filter,
 }
 
 void forget(ModelFile& file, double factor) {
-  if (!file.settings.belief) return;
+  if (!file.settings.belief || !(factor > 1.0)) return;
   ParameterBelief& belief = *file.settings.belief;
   const FreeCoordinates coordinates(file.model);
   const std::vector<double> values = file.model.values();
