@@ -365,7 +365,7 @@ Identification identify_pieces(const Model& model, const std::vector<Record>& re
         initial_states(error, settings.initial.free, best.z, static_cast<int>(e), spread));
   if (found.noise) result.noise = noise_of(found, error, at);
   std::vector<double> block_sd;
-  if (settings.jackknife && std::isfinite(best.cost) && at.valid)
+  if (settings.jackknife && error.unknowns() > 0 && std::isfinite(best.cost) && at.valid)
     block_sd = jackknife_deviations({error, best.z, at, records, !found.gains.empty(),
                                      settings.propagation, result.huber_scale});
   report_parameters(spread, block_sd, result);

@@ -51,6 +51,7 @@ JacobianMatrix running_sums(const JacobianMatrix& g, Eigen::Index length) {
 }  // namespace
 
 Eigen::MatrixXd information(const JacobianMatrix& J) {
+  if (J.cols() == 0) return Eigen::MatrixXd(0, 0);
   constexpr Eigen::Index kRows = 4096;  // worth a thread
   const auto count = static_cast<int>((J.rows() + kRows - 1) / kRows);
   std::vector<Eigen::MatrixXd> parts(count, Eigen::MatrixXd::Zero(J.cols(), J.cols()));
@@ -93,6 +94,7 @@ Eigen::MatrixXd inverted(const Eigen::MatrixXd& information) {
 Eigen::MatrixXd coloured_covariance(const JacobianMatrix& J, const Eigen::VectorXd& r,
                                     const Eigen::MatrixXd& inverse_information,
                                     const std::vector<Stretch>& stretches, Eigen::Index plug_in) {
+  if (J.cols() == 0) return inverse_information;
   const JacobianMatrix g = r.asDiagonal() * J;
   // Parzen's kernel is the autocorrelation of a triangle, and a triangle is a running sum of a
   // running sum: two passes and a square give the weighted sum over all lags, never negative.
