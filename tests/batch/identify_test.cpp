@@ -140,7 +140,9 @@ TEST(Identify, ScoresAModelOfWhichNothingIsToBeFound) {
     const Identification found = identify(all_known(published_estimate()), records, settings);
     EXPECT_TRUE(found.parameters.empty());
     EXPECT_TRUE(std::isfinite(found.fpe));
-    if (criterion == Criterion::kPrediction) EXPECT_NEAR(found.noise->rmse, 0.1, 0.02);
+    if (criterion == Criterion::kPrediction) {
+      EXPECT_NEAR(found.noise->rmse, 0.1, 0.02);
+    }
   }
 }
 
