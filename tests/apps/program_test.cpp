@@ -167,6 +167,13 @@ TEST_F(Program, OptionsThatWouldDoNothingAreRefused) {
   EXPECT_EQ(run("smooth --help").output.find("srukf"), std::string::npos);
 }
 
+TEST_F(Program, NumberThatWouldDrownAllOthersIsNamed) {
+  put("big.csv", "t,u,y\n0,1,2\n0.0005,1,1e300\n");
+  for (const char* command : {"evaluate", "fit", "smooth"})
+    expect_refused(fmt::format("{} big.csv", command),
+                   "big.csv:3: y: 1e+300 is too large a number");
+}
+
 TEST_F(Program, StartValuesFromScratchNeedWhatTheyAreFrom) {
   run("simulate -o slow.csv --samples 200 --experiment validation3");
   expect_refused("fit --start slow",

@@ -196,11 +196,6 @@ TEST(CsvReader, InfiniteValueIsRefused) {
   EXPECT_EQ(fault("t,u,y\n0,1,1e999\n"), "run.csv:2: y: '1e999' is not finite");
 }
 
-TEST(CsvReader, NumberWhoseSquareWouldDrownAllOthersIsRefused) {
-  EXPECT_EQ(fault("t,u,y\n0,1,1e300\n"), "run.csv:2: y: '1e300' is too large a number");
-  EXPECT_EQ(fault("t,u,y\n1.7e18,1,2\n"), "");
-}
-
 TEST(CsvReader, OnlyTheMeasurementMayBeMissing) {
   EXPECT_EQ(fault("t,u,y\nnan,1,2\n"), "run.csv:2: t: 'nan' is missing, which only y may be");
   EXPECT_EQ(fault("t,u,y\n0,,2\n"), "run.csv:2: u: '' is missing, which only y may be");

@@ -18,7 +18,6 @@ namespace {
 constexpr std::size_t kQuoted = 40;      // bytes of the user's text that a message repeats
 constexpr std::size_t kListed = 20;      // names of columns that a message lists
 constexpr std::size_t kMeasurement = 2;  // the role of y, which alone may be missing
-constexpr double kLargest = 1e20;        // time in ns since 1970 is 1e18; squares can be summed
 
 /// The user's text as a message can show it: short, on one line, no control characters.
 std::string shown(std::string_view text) {
@@ -265,10 +264,7 @@ void CsvReader::take_key() {
 double CsvReader::number(std::size_t role) const {
   const std::string_view cell = cells_[positions_[role]];
   const auto value = cell.empty() ? kNaN : to_number(cell);
-  if (value && std::isfinite(*value)) {
-    if (std::abs(*value) <= kLargest) return *value;
-    fail(names_[role], fmt::format("'{}' is too large a number", shown(cell)));
-  }
+  if (value && std::isfinite(*value)) return *value;
   if (!value) {
     const bool has_comma = cell.find(',') != std::string_view::npos;
     fail(names_[role], fmt::format("'{}' is not a number{}", shown(cell),
@@ -294,7 +290,17 @@ void CsvReader::fail(std::string_view column, std::string_view what) const {
 Record read_record(const std::string& path, const Columns& columns, StopFlag stop) {
   CsvReader reader(ByteSource(path, stop), columns);
   Record record{.name = reader.name(), .samples = {}};
-  while (const auto sample = reader.next()) record.samples.push_back(*sample);
+  const auto check = [&](const std::string& column, double value) {
+    constexpr double kLargest = 1e20;  // its square would drown all others
+    if (std::abs(value) > kLargest)
+      throw InputError(reader.name(), reader.line_number(), column,
+                       fmt::format("{} is too large a number", value));
+  };
+  while (const auto sample = reader.next()) {
+    check(columns.u, sample->u);
+    check(columns.y, sample->y);
+    record.samples.push_back(*sample);
+  }
   return record;
 }
 
