@@ -101,6 +101,10 @@ class Numbers(InFolder):
         samples = armukf.read_record(RECORD)
         session = armukf.Session()
         session.run(samples)
+        self.assertNotIn("belief", session.model.settings)  # of so few seconds only values count
+        for _ in range(8):
+            session.expect_new_clock()
+            session.run(samples)
         again = armukf.Session(session.model)
         self.assertIn("belief", session.model.settings)
         for name in again.model.unknowns:  # to the last bit or two: the filters go by logarithms
