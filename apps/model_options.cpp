@@ -79,6 +79,7 @@ void forget(ModelFile& file, double factor) {
   const std::vector<double> values = file.model.values();
   const std::vector<int>& unknowns = coordinates.unknowns();
   std::vector<int> places;
+  places.reserve(unknowns.size());
   for (const int i : unknowns) places.push_back(belief.place_of(file.model.parameters[i].name));
   const auto covariance = [&](int i, int j) {
     return places[i] < 0 || places[j] < 0 ? 0.0 : belief.covariance(places[i], places[j]);
