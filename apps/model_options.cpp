@@ -21,8 +21,11 @@ void set_value(ModelFile& chosen, std::string_view assignment) {
   if (equals == std::string_view::npos)
     throw InputError(fmt::format("'{}' is not NAME=VALUE", assignment));
   Parameter& parameter = chosen.model.parameter(assignment.substr(0, equals));
-  parameter.value =
+  const double value =
       of_option(parameter.name, [&] { return number_in(assignment.substr(equals + 1)); });
+  if (parameter.name == chosen.model.parameters[kJ].name && value > 0.0)
+    chosen.model.set_inertia(value);
+  parameter.value = value;
   if (chosen.settings.belief) chosen.settings.belief->leave_out(parameter.name);
 }
 
@@ -105,6 +108,10 @@ void choose_filter(EstimatorSettings& settings, const std::string& name) {
 ModelFile chosen_model(const ModelOptions& options, const ModelFile& otherwise) {
   ModelFile chosen = options.file.empty() ? otherwise : read_model_file(options.file);
   Model& model = chosen.model;
+  of_option("--set", [&] {  // what is usual of effects goes with the inertia
+    for (const std::string& assignment : options.values)
+      if (assignment.starts_with("J=")) set_value(chosen, assignment);
+  });
   of_option("--effect", [&] {
     for (const std::string& name : options.effects) model.add_effect(name);
   });

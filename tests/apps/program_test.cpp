@@ -29,6 +29,14 @@ TEST_F(Program, HelpAndVersionEndWellForTheProgramAndItsCommands) {
   }
 }
 
+TEST_F(Program, InertiaComesBeforeTheEffectsOfAnArmSoHeavy) {
+  const Outcome made = run(
+      "simulate -o heavy.csv --samples 50 --effect gravity --set gravity=300 --set J=3.3 --json -");
+  EXPECT_EQ(made.status, 0) << made.error;
+  expect_refused("simulate -o light.csv --samples 50 --effect gravity --set gravity=300",
+                 "--set: gravity: 300 is outside of its bounds -100 to 100 N.m");
+}
+
 TEST_F(Program, WordsWithoutACommandGoToEstimate) {
   EXPECT_EQ(run("nowhere.csv").error, "nowhere.csv: cannot open: No such file or directory\n");
   EXPECT_EQ(run("nowhere.csv").status, 2);

@@ -11,6 +11,7 @@
 #include "armukf/batch/searches.hpp"
 #include "armukf/batch/sensitivity.hpp"
 #include "armukf/core/parallel.hpp"
+#include "heavier.hpp"
 
 namespace armukf {
 namespace {
@@ -150,6 +151,19 @@ TEST(LikeliestNoise, IsTheRecords) {
   EXPECT_LT(noise.torque_pole, 0.8);  // above 70 Hz the sensor's noise covers it
   EXPECT_TRUE(noise.motor_alone);
   EXPECT_NEAR(noise.density, 0.5 * std::sqrt(kSampleTime) / 0.2, 0.01);
+}
+
+/// Of a heavier arm under as much more torque it is as much more: the density is told as of the
+/// published one.
+TEST(LikeliestNoise, GoesWithTheInertia) {
+  const Model model = published_estimate();
+  const Record light = coloured_record(0.1, 0.4, 0.3, 0.9);
+  const Record heavy{light.name, heavier(light.samples, 1e4)};
+  const FilterNoise one = likeliest_noise(model, {rest(model, light.samples)}, {light}, {});
+  const FilterNoise other =
+      likeliest_noise(heavier(model, 1e4), {rest(model, heavy.samples)}, {heavy}, {});
+  EXPECT_NEAR(other.density, one.density, 1e-3 * one.density);
+  EXPECT_NEAR(other.torque_pole, one.torque_pole, 1e-3);
 }
 
 TEST(LikeliestNoise, IsThatOfATorqueWithAColour) {

@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <set>
 #include <string>
 
 #include "armukf/batch/experiment.hpp"
+#include "heavier.hpp"
 
 namespace armukf {
 namespace {
@@ -23,6 +25,25 @@ TEST(Trials, HaveTheirSizesAtZeroAndTheirShapesOnTheGrid) {
     if (trial.effect == "friction_parameters") continue;
     for (const int i : trial.sizes) EXPECT_EQ(trial.model.parameters[i].value, 0.0) << trial.effect;
     EXPECT_NO_THROW(trial.model.check()) << trial.effect;
+  }
+}
+
+/// The catalogue's sizes are those of an arm of the published inertia.
+TEST(Trials, OfAHeavierArmAreOfLargerTorques) {
+  const Suggested suggested{{1.0, 6.0}, {}, {}, {5.5}};
+  const std::vector<Trial> light = trials_for(published_estimate(), suggested);
+  const std::vector<Trial> heavy = trials_for(heavier(published_estimate(), 100.0), suggested);
+  ASSERT_EQ(light.size(), heavy.size());
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    ASSERT_EQ(light[i].model.parameters.size(), heavy[i].model.parameters.size());
+    for (std::size_t k = 0; k < light[i].model.parameters.size(); ++k) {
+      const Parameter& one = light[i].model.parameters[k];
+      const Parameter& other = heavy[i].model.parameters[k];
+      const double times = std::pow(100.0, power_of_torque(one.unit));
+      EXPECT_NEAR(other.value, times * one.value, 1e-12 * std::abs(other.value)) << one.name;
+      EXPECT_NEAR(other.scale, times * one.scale, 1e-12 * other.scale) << one.name;
+      if (one.upper < kUnbounded) EXPECT_NEAR(other.upper, times * one.upper, 1e-12 * other.upper);
+    }
   }
 }
 

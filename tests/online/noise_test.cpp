@@ -11,6 +11,7 @@
 #include "armukf/batch/simulation.hpp"
 #include "armukf/online/recursion.hpp"
 #include "armukf/report/model_file.hpp"
+#include "heavier.hpp"
 
 namespace armukf {
 namespace {
@@ -56,6 +57,25 @@ TEST_P(EachFilter, LearnsTheNoiseWhereSamplesAreMissingLateOrWrong) {
   ASSERT_TRUE(found.belief.noise.known);
   EXPECT_NEAR(found.belief.noise.sensor_sd, 0.3, 0.02);
   EXPECT_NEAR(found.tally.innovations().mean_nis(), 1.0, 0.1);
+}
+
+// What is usual of torques, of their noise among them, goes with the arm's inertia.
+TEST_P(EachFilter, LearnsTheSameOfAHeavierArm) {
+  const std::vector<Sample> samples = record(published_estimate());
+  const RecursiveEstimate light = estimate_record(published_arm(), settings_, samples);
+  for (const double times : {100.0, 0.01}) {
+    const RecursiveEstimate heavy =
+        estimate_record(heavier(published_arm(), times), settings_, heavier(samples, times));
+    ASSERT_TRUE(heavy.belief.noise.known);
+    EXPECT_NEAR(heavy.tally.innovations().mean_nis(), light.tally.innovations().mean_nis(), 1e-3);
+    EXPECT_NEAR(heavy.belief.noise.torque_sd, times * light.belief.noise.torque_sd,
+                1e-2 * heavy.belief.noise.torque_sd);
+    for (const int i : light.model.unknowns()) {
+      const Parameter& p = light.model.parameters[i];
+      const double expected = std::pow(times, power_of_torque(p.unit)) * p.value;
+      EXPECT_NEAR(heavy.model.parameters[i].value, expected, 1e-2 * expected) << p.name;
+    }
+  }
 }
 
 TEST_P(EachFilter, SaysNothingOfNoiseThatItCouldNotLearn) {

@@ -24,8 +24,10 @@ constexpr double kShortestRunInS = 9.0;
 /// Speed error (rad/s) -> torque (N.m), with the integral as its only memory.
 class TorqueCommand {
  public:
-  TorqueCommand(const SpeedController& gains, double sample_time_s)
-      : gains_(gains), sample_time_s_(sample_time_s) {}
+  TorqueCommand(const SpeedController& gains, double heaviness, double sample_time_s)
+      : gains_{heaviness * gains.proportional, heaviness * gains.integral,
+               heaviness * gains.torque_limit},
+        sample_time_s_(sample_time_s) {}
 
   double operator()(double error) {
     const double wanted = gains_.proportional * error + integral_;
@@ -118,7 +120,7 @@ SimulatedExperiment simulate_experiment(const Model& model, const ExperimentSett
   const int stream = 4 + 2 * static_cast<int>(settings.kind);
   Noise sensor_noise(settings.sensor_noise, settings.sensor_pole, settings.seed, stream);
   Noise disturbance(settings.torque_disturbance, settings.torque_pole, settings.seed, stream + 1);
-  TorqueCommand command(settings.controller, dt);
+  TorqueCommand command(settings.controller, model.heaviness(), dt);
   Arm arm(model);
 
   Model worn = model;

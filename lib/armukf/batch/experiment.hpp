@@ -9,7 +9,8 @@
 
 namespace armukf {
 
-/// PI control of the measured motor speed, once a sample; its torque is held until the next one.
+/// PI control of the measured motor speed, once a sample; its torque is held until the next one. An
+/// arm that is heavier than the published one gets all the more torque, and moves alike.
 struct SpeedController {
   double proportional = 4.0;   // N.m.s/rad
   double integral = 40.0;      // N.m/rad

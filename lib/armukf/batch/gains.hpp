@@ -41,7 +41,8 @@ struct Gains {
 };
 
 /// What a filter of the states takes for noise: a torque, at each mass or at the motor alone, of
-/// that density far below its corner over the sensor noise's deviation (N.m.s^1/2 per rad/s), white
+/// that density far below its corner over the sensor noise's deviation (N.m.s^1/2 per rad/s, of an
+/// arm of the published inertia; of any other as much more as it is heavier), white
 /// but for the motor's, which is a first-order autoregression of that pole; and a sensor noise that
 /// is one as well.
 struct FilterNoise {

@@ -259,7 +259,7 @@ PredictionNoise noise_of(const FoundMinimum& found, const OutputError& error,
   if (!at.valid) return noise;
   const double n = error.measured();
   noise.sensor_sd = std::sqrt(at.r.squaredNorm() / n);
-  noise.torque_density = found.noise->density * noise.sensor_sd;
+  noise.torque_density = found.noise->density * found.model.heaviness() * noise.sensor_sd;
   noise.sensor_pole = found.noise->sensor_pole;
   noise.torque_pole = found.noise->torque_pole;
   noise.motor_alone = found.noise->motor_alone;

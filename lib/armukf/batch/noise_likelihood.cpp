@@ -221,7 +221,7 @@ NoiseLikelihood::NoiseLikelihood(const Model& model, const StatesOfPieces& x0,
       mobility_(model.states.size(), 0.0),
       ways_(pieces.size()) {
   for (const Coordinate& state : model.states) spread_.push_back(first_spread(state));
-  const std::array<double, kMassCount> mobility = mobilities(model.values().data());
+  const std::array<double, kMassCount> mobility = usual_mobilities(model.values().data());
   for (int i = 0; i < kMassCount; ++i) mobility_[kMasses[i].speed] = mobility[i];
   with_states([&]<int S>() {
     for_each_job(static_cast<int>(pieces.size()),

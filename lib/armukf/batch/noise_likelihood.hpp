@@ -52,7 +52,7 @@ class NoiseLikelihood {
   Model model_;
   Propagation propagation_;
   std::vector<double> spread_;    // of each state at the beginning
-  std::vector<double> mobility_;  // rad/s^2 per N.m of torque noise, of each state; 0: none acts
+  std::vector<double> mobility_;  // of each state, see usual_mobilities; 0: no noise acts on it
   std::vector<Way> ways_;
 };
 

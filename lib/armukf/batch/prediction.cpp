@@ -107,7 +107,7 @@ class LinearisedStep {
 /// White torque noise as variance added to each state per second.
 template <class Shape>
 StepNoise<Shape> noise_per_second(const Setting& setting) {
-  const std::array<double, kMassCount> mobility = mobilities(setting.model.values().data());
+  const std::array<double, kMassCount> mobility = usual_mobilities(setting.model.values().data());
   StepNoise<Shape> noise{};
   for (int i = 0; i < kMassCount; ++i) {
     if (i == kDrivenMass ? !setting.torque_coloured() : !setting.noise.motor_alone)
@@ -119,7 +119,7 @@ StepNoise<Shape> noise_per_second(const Setting& setting) {
 /// What drives the motor's torque noise where it has a colour ((rad/s^2)^2 s): over the time
 /// between two samples the variance by which it grows from one to the next.
 double torque_drive(const Setting& setting) {
-  const double mobility = mobilities(setting.model.values().data())[kDrivenMass];
+  const double mobility = usual_mobilities(setting.model.values().data())[kDrivenMass];
   return std::pow(mobility * setting.noise.density * (1.0 - setting.noise.torque_pole), 2);
 }
 

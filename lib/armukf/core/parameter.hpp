@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <string>
+#include <string_view>
 
 namespace armukf {
 
@@ -19,6 +20,13 @@ struct Parameter {
   double spread = 0.5;  // prior sd of the start value, relative to it (or to `scale`)
   bool share = false;   // of a whole of 1; all shares of a model together stay below it
 };
+
+/// How such a quantity goes with the size of all torques, inertia among them, at the same motion: as
+/// it (1), as its inverse (-1) or not at all.
+constexpr int power_of_torque(std::string_view unit) {
+  if (unit.starts_with("N.m") || unit.starts_with("kg.m^2")) return 1;
+  return unit.find("(N.m") != std::string_view::npos ? -1 : 0;
+}
 
 /// What is known of a moving quantity when a record begins.
 enum class Beginning {

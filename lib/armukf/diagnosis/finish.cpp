@@ -77,12 +77,11 @@ std::optional<Eigen::MatrixXd> covariance_given(const FittedModel& fit,
 /// stand for a part of it each size may be anything, and yet they are not none.
 bool is_none(const EffectSlot& slot, const FittedModel& fit, double most_sds) {
   constexpr double kNothing = 1e-6;  // of a typical size: what a bound leaves
-  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
   std::vector<int> sizes = positions_of(slot, Role::kSize);
   if (sizes.empty()) return false;
   std::erase_if(sizes, [&](int position) {
-    return std::abs(fit.model.parameters[position].value) <=
-           kNothing * parameters[position - slot.first_parameter].scale;
+    const Parameter& size = fit.model.parameters[position];
+    return std::abs(size.value) <= kNothing * size.scale;
   });
   if (sizes.empty()) return true;
   const std::optional<Eigen::MatrixXd> covariance =

@@ -209,7 +209,7 @@ std::vector<Trial> trials_of(std::string_view effect, const Model& model,
   first.model = model;
   first.model.add_effect(effect);
   const EffectSlot& slot = first.model.effects.back();
-  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
+  const std::vector<EffectParameter> parameters = parameters_of(slot.effect, model.heaviness());
   first.sizes = positions_of(slot, Role::kSize);
   if (parameters.empty()) {  // it frees others: those are what it changes
     for (const int i : first.model.unknowns()) {

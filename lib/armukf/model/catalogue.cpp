@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <optional>
 #include <system_error>
 
@@ -91,20 +92,28 @@ bool is_tried_last(const CataloguedEffect& effect) {
   return std::visit([]<class E>(const E&) { return LearntLaw<E> || TriedLast<E>; }, effect);
 }
 
-std::vector<EffectParameter> parameters_of(const CataloguedEffect& effect) {
-  return std::visit(
+std::vector<EffectParameter> parameters_of(const CataloguedEffect& effect, double heaviness) {
+  std::vector<EffectParameter> all = std::visit(
       []<class E>(const E&) {
         return std::vector<EffectParameter>(E::parameters.begin(), E::parameters.end());
       },
       effect);
+  for (EffectParameter& p : all) {
+    const double factor = std::pow(heaviness, power_of_torque(p.unit));
+    for (double* size : {&p.nominal, &p.lower, &p.upper, &p.scale, &p.grid.from, &p.grid.to})
+      *size *= factor;
+  }
+  return all;
 }
 
-std::vector<EffectState> states_of(const CataloguedEffect& effect) {
-  return std::visit(
+std::vector<EffectState> states_of(const CataloguedEffect& effect, double heaviness) {
+  std::vector<EffectState> all = std::visit(
       []<class E>(const E&) {
         return std::vector<EffectState>(E::states.begin(), E::states.end());
       },
       effect);
+  for (EffectState& s : all) s.spread *= std::pow(heaviness, power_of_torque(s.unit));
+  return all;
 }
 
 std::vector<std::string_view> freed_by(const CataloguedEffect& effect) {

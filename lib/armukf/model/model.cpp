@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 
 #include "armukf/core/constants.hpp"
@@ -150,6 +151,19 @@ bool Model::has_room_for(std::string_view name, std::size_t times) const {
          unknown_of(parameters) + times * unknown_of(parameters_of(effect)) + freed <= kMaxUnknowns;
 }
 
+void Model::set_inertia(double inertia) {
+  const double times = inertia / parameters[kJ].value;
+  parameters[kJ].value = inertia;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    Parameter& p = parameters[i];
+    const double factor = std::pow(times, power_of_torque(p.unit));
+    p.scale *= factor;
+    if (i < kArmParameters) continue;  // these are bounded by what they are, not by what is usual
+    p.lower *= factor;
+    p.upper *= factor;
+  }
+}
+
 void Model::add_effect(std::string_view name) {
   if (has_effect(name)) return;
   const EffectName wanted = parse_effect_name(name);
@@ -159,10 +173,10 @@ void Model::add_effect(std::string_view name) {
         fmt::format("effect '{}': a second {} would do what the first does", name, wanted.kind));
   effects.push_back({effect, wanted.number, static_cast<int>(states.size()),
                      static_cast<int>(parameters.size())});
-  for (const EffectState& s : states_of(effect))
+  for (const EffectState& s : states_of(effect, heaviness()))
     states.push_back({numbered(s.name, wanted.number), std::string(s.unit), Motive::kOwn,
                       s.beginning, s.spread});
-  for (const EffectParameter& p : parameters_of(effect))
+  for (const EffectParameter& p : parameters_of(effect, heaviness()))
     parameters.push_back({.name = numbered(p.name, wanted.number),
                           .unit = std::string(p.unit),
                           .value = p.nominal,
@@ -248,7 +262,7 @@ Model published_arm() {
                       known("Fcs", "N.m", 3.98628540790595),
                       known("alpha", "s/rad", 3.24015074090438),
                       known("beta", "s/rad", 0.79943497008153),
-                      known("J", "kg.m^2", 0.03291699877416),
+                      known("J", "kg.m^2", kPublishedInertia),
                       share("a_m", 0.17910964111956),
                       share("a_g", 0.61206166914114),
                       unknown("k_g1", "N.m/rad", 20.59269827430799, 20.0, kStiffnessSpread),

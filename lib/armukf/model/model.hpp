@@ -7,6 +7,7 @@
 #include "armukf/core/parameter.hpp"
 #include "armukf/model/arm.hpp"
 #include "armukf/model/catalogue.hpp"
+#include "armukf/model/plant.hpp"
 
 namespace armukf {
 
@@ -54,8 +55,15 @@ struct Model {
   /// Whether an effect goes with an angle of the motor.
   bool has_angle() const;
 
-  /// Adds an effect with its states and parameters, unknown but for the ranges of learnt laws; the
-  /// same again changes nothing. The name may say which of several of its kind it is,
+  /// Of its total inertia as it is given, see heaviness(inertia).
+  double heaviness() const { return armukf::heaviness(parameters[kJ].value); }
+
+  /// Takes that for the total inertia (kg.m^2): typical sizes of torques, and what bounds those of
+  /// effects, go with it.
+  void set_inertia(double inertia);
+
+  /// Adds an effect with its states and parameters, of sizes usual of an arm of that inertia,
+  /// unknown but for the ranges of learnt laws; the same again changes nothing. The name may say which of several of its kind it is,
   /// `torque_ripple:2`; its states and parameters are then `torque_ripple_2` and so on. InputError
   /// where there is no such effect, or where a second one would do what the first does.
   void add_effect(std::string_view name);

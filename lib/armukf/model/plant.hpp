@@ -21,19 +21,13 @@ struct Mass {
   std::string_view name;
   int speed;
   std::string_view noise_name;  // in the model file
-  double noise;                 // N.m.s^1/2, usual density
+  double noise;                 // N.m.s^1/2, usual density, of an arm of kPublishedInertia
 };
 
 inline constexpr std::array kMasses{Mass{"motor", kSpeedMotor, "motor_torque", 0.003},
                                     Mass{"gear", kSpeedGear, "gear_torque", 0.003},
                                     Mass{"arm", kSpeedArm, "arm_torque", 0.0}};
 static_assert(kMasses.size() == kMassCount);
-
-constexpr std::array<double, kMassCount> usual_torque_noise() {
-  std::array<double, kMassCount> noise{};
-  for (int i = 0; i < kMassCount; ++i) noise[i] = kMasses[i].noise;
-  return noise;
-}
 
 /// The states that are the masses' speeds.
 inline std::vector<int> speed_states() {
@@ -60,6 +54,21 @@ inline constexpr int kPublishedUnknowns = kArmParameters - kAm;
 inline std::array<double, kMassCount> mobilities(const double* p) {
   const Coefficients<double> c(p);
   return {c.motor_mobility, c.gear_mobility, c.arm_mobility};
+}
+
+/// kg.m^2, J of the published arm.
+inline constexpr double kPublishedInertia = 0.03291699877416;
+
+/// How heavy an arm of that inertia (kg.m^2) is beside the published one. What is usual of torques,
+/// of noises, friction and springs among them, is so many times as much.
+constexpr double heaviness(double inertia) { return inertia / kPublishedInertia; }
+
+/// 1/(kg.m^2), by which a torque that is usual of the published arm accelerates each mass of another,
+/// of which as much more is usual as it is heavier: what the masses' shares tell alone.
+inline std::array<double, kMassCount> usual_mobilities(const double* p) {
+  std::array<double, kMassCount> all = mobilities(p);
+  for (double& mobility : all) mobility *= heaviness(p[kJ]);
+  return all;
 }
 
 /// Factors on start values, by the parameters' names.

@@ -106,7 +106,7 @@ std::vector<Changeable> changeables(const Model& model, const Condition& conditi
     all.push_back({&Condition::friction_level, -1, "friction_level", "-", kUsualPart, kDoubtOfSum,
                    kLinear, kLogPriorOfLevel});
   add(&Condition::torque_gain, "torque_gain", "-", 0.1, kDoubtOfScale);
-  add(&Condition::torque_bias, "torque_bias", "N.m", 0.05, 2.0);
+  add(&Condition::torque_bias, "torque_bias", "N.m", 0.05 * model.heaviness(), 2.0);
   add(&Condition::input_delay, "input_delay", "s", 1e-3, 0.5);
   all.push_back(
       {&Condition::sensor_gain, -1, "sensor_gain", "-", 0.03, 3.0 * kDoubtOfScale, kLinear});

@@ -1,9 +1,9 @@
 #include "armukf/online/description.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <optional>
 #include <string_view>
 
 #include "armukf/core/error.hpp"
@@ -26,13 +26,16 @@ void add(std::string& text, const Parameter& p) {
 
 void add(std::string& text, const Noise& noise) {
   const auto& [sensor, model_error, torque, walk, learning] = noise;
-  line(text, "[noise] sensor, torque:", sensor, fmt::format("{}", fmt::join(torque, " ")));
+  line(text, "[noise] sensor:", sensor);
+  for (int i = 0; i < kMassCount; ++i)
+    if (torque[i]) line(text, kMasses[i].noise_name, *torque[i]);
   const auto& [start, least, gain, time_s] = model_error;
   line(text, "[noise] model_error:", start, least, gain, time_s);
   const auto& [walk_start, floor, walk_time_s] = walk;
   line(text, "[noise] parameter_walk:", walk_start, floor, walk_time_s);
   const auto& [most_torque, beyond, fade, fade_from_s, fade_until_s] = learning;
-  line(text, "[noise] learning:", most_torque, beyond, fade, fade_from_s, fade_until_s);
+  if (most_torque) line(text, "[noise] most_torque:", *most_torque);
+  line(text, "[noise] learning:", beyond, fade, fade_from_s, fade_until_s);
 }
 
 void add(std::string& text, const Race& race) {

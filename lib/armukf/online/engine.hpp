@@ -119,6 +119,7 @@ class Engine {
     coloured_ = states() == own_states() + kColourStates;
     noise_.sensor.sd = settings.noise.sensor;
     model_error_ = settings.noise.model_error.start * settings.noise.model_error.start;
+    torque_density_ = armukf::torque_noise(settings.noise, model.heaviness());
     adapts_ = is_adaptive(settings.filter);
     if (adapts_) adaptation_ = NoiseAdaptation(settings.adaptation);
   }
@@ -493,7 +494,7 @@ class Engine {
   void take_noise(const NoisePair& learnt) {
     const double density =
         std::sqrt(learnt.kick.long_run_variance() * last_.dt) / std::max(kick_, 1e-300);
-    learnt_ = density <= settings_->noise.learning.most_torque;
+    learnt_ = density <= most_torque_noise(settings_->noise, model_->heaviness());
     noise_ = learnt_ ? learnt : unlearnt_noise();
   }
   NoisePair unlearnt_noise() const { return {{}, {settings_->noise.sensor, 0.0}}; }
@@ -676,7 +677,7 @@ class Engine {
     for (int i = 0; i < states(); ++i) sum[i] = variance(0.0);
     const double factor = adaptation_.state_factor();
     for (int i = 0; i < kMassCount; ++i)
-      sum[kMasses[i].speed] = variance(mobility[i] * noise.torque[i] * factor);
+      sum[kMasses[i].speed] = variance(mobility[i] * torque_density_[i] * factor);
     if (learnt_)
       for (const Mass& mass : kMasses) sum[mass.speed] = variance(0.0);
     if (coloured_) {
@@ -704,6 +705,7 @@ class Engine {
   NoiseWatch watch_;
   bool learnt_ = false;
   bool keeps_noise_ = false;
+  std::array<double, kMassCount> torque_density_{};  // N.m.s^1/2, as long as nothing is learnt
   double kick_ = 0.0;      // (rad/s)/(N.m), what a torque adds to the driven mass's speed in a step
   double usual_dt_ = 0.0;  // s
   double since_update_s_ = 0.0;

@@ -35,7 +35,7 @@ using AnyRunner = decltype(runner_of(FilterTypes<PublishedShape>() + FilterTypes
 /// Whether the noises, which have colours, are to be learnt.
 bool learns_noise(const EstimatorSettings& settings) {
   return !is_adaptive(settings.filter) && settings.noise.model_error.gain > 0.0 &&
-         settings.noise.learning.most_torque > 0.0;
+         settings.noise.learning.most_torque != 0.0;
 }
 
 AnyRunner make_runner(const Model& model, const FreeCoordinates& coordinates,

@@ -49,15 +49,19 @@ struct ModelError {
 /// Noise beyond `most_torque` is none: then the model lacks something, and the settings of Noise
 /// hold as they are given.
 struct NoiseLearning {
-  /// N.m.s^1/2, long-run density; the largest torque noise of the trials, 0.3 N.m with a pole of
-  /// 0.9 at 2 kHz, has 0.03.
-  double most_torque = 0.1;
+  /// N.m.s^1/2, long-run density; unless told kMostTorqueNoise, of an arm so heavy. 0: nothing is
+  /// learnt.
+  std::optional<double> most_torque;
   double beyond = 1.2;  // the mean square over 600 samples has a deviation of 0.06 of itself
   double fade = 1.0;    // what filters learn about start values that are far off is less than they
                         // believe: it goes, for at most 15 % wider errors
   double fade_from_s = 1.0;
   double fade_until_s = 20.0;  // by then the first second's part is a twentieth
 };
+
+/// N.m.s^1/2, of the published arm; the largest torque noise of the trials, 0.3 N.m with a pole of
+/// 0.9 at 2 kHz, has 0.03.
+inline constexpr double kMostTorqueNoise = 0.1;
 
 /// What the filter takes for random, apart from the parameters' start values. White noise that
 /// acts on a state is given as a density (unit times root of a second), so that it does not depend
@@ -67,11 +71,25 @@ struct Noise {
   ModelError model_error;
   /// N.m.s^1/2, density of the torque noise at each of the plant's masses: what friction, gear and
   /// drive do besides.
-  std::array<double, kMassCount> torque = usual_torque_noise();
+  /// Unless told as is usual of an arm so heavy.
+  std::array<std::optional<double>, kMassCount> torque;
   /// 1/s^1/2, density of the random walk of each unknown parameter, relative to its value.
   Annealing parameter_walk{0.35, 0.002, 1.0};
   NoiseLearning learning;
 };
+
+/// N.m.s^1/2, at each mass of an arm so heavy.
+inline std::array<double, kMassCount> torque_noise(const Noise& noise, double heaviness) {
+  std::array<double, kMassCount> density{};
+  for (int i = 0; i < kMassCount; ++i)
+    density[i] = noise.torque[i].value_or(heaviness * kMasses[i].noise);
+  return density;
+}
+
+/// N.m.s^1/2, beyond which what is left is no noise of an arm so heavy.
+inline double most_torque_noise(const Noise& noise, double heaviness) {
+  return noise.learning.most_torque.value_or(heaviness * kMostTorqueNoise);
+}
 
 /// Standard deviations of the states at the first sample, about rest of the springs and the
 /// measured speed.

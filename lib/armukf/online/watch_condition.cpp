@@ -15,7 +15,7 @@ constexpr double kSoonBent = 0.15;  // of what bends predictions, which is so fa
 // A simulated record may have no noise at all: what is then left of it is arithmetic, and no test's
 // matter.
 constexpr double kLeastSensor = 0.3;   // of the settings'
-constexpr double kLeastTorque = 0.01;  // N.m a sample
+constexpr double kLeastTorque = 0.01;  // N.m a sample, of the published arm
 
 }  // namespace
 
@@ -25,7 +25,7 @@ void Watch::State::freeze(const PastBelief& from, const Condition& at) {
   std::ranges::copy(from.values, condition.parameters.begin());
   const LearntNoise& learnt = from.belief.noise;
   sample_s = learnt.sample_s > 0.0 ? learnt.sample_s : 5e-4;
-  noise = {{std::max(learnt.torque_sd, kLeastTorque), learnt.torque_pole},
+  noise = {{std::max(learnt.torque_sd, kLeastTorque * model.heaviness()), learnt.torque_pole},
            {std::max(learnt.sensor_sd, kLeastSensor * settings.noise.sensor), learnt.sensor_pole}};
   const bool knew_noise = std::exchange(knows_noise, will_know_noise(from));
   if (!knows_noise) noise = noise_of_incomplete_model();

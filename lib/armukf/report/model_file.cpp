@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -60,6 +61,7 @@ struct SettingReader {
   const TomlEntry& entry;
 
   void operator()(double& value) const { value = entry.number(range); }
+  void operator()(std::optional<double>& value) const { value = entry.number(range); }
 
   void operator()(int& value) const {
     constexpr int kMost = 10'000;  // whatever is counted, more of it only takes for ever
@@ -84,7 +86,7 @@ struct SettingReader {
     std::vector<std::string_view> known;
     for_each_part(table, [&](std::string_view part, auto&&...) { known.push_back(part); });
     for (const TomlEntry& field : entry.fields(known)) {
-      for_each_part(table, [&](std::string_view part, double& value, Range allowed) {
+      for_each_part(table, [&](std::string_view part, auto& value, Range allowed) {
         if (part == field.name()) value = field.number(allowed);
       });
     }
@@ -141,8 +143,20 @@ void read_effects(Model& model, const TomlEntry& entry) {
   }
 }
 
+/// The total inertia comes before all else: what is usual of torques goes with it.
+void read_inertia(Model& model, const TomlEntry& parameters) {
+  for (const TomlEntry& parameter : parameters.fields()) {
+    if (parameter.name() != model.parameters[kJ].name) continue;
+    for (const TomlEntry& field : parameter.fields()) {
+      if (field.name() == "value" && field.number(Range::kAny) > 0.0)
+        model.set_inertia(field.number(Range::kAny));
+    }
+  }
+}
+
 void read_parameters(Model& model, const TomlEntry& entry) {
   Model usual = published_arm();
+  usual.set_inertia(model.parameters[kJ].value);
   for (const EffectSlot& slot : model.effects) usual.add_effect(slot.name());
   for (const TomlEntry& field : entry.fields()) {
     Parameter& p = *field.placed([&] { return &model.parameter(field.name()); });
@@ -246,6 +260,8 @@ ModelFile parse_model_file(const std::string& text, const std::string& name, Mod
   ModelFile content = std::move(before);
   // In alphabetical order: the effects come before the parameters that they bring.
   const std::vector<TomlEntry> entries = TomlEntry(name, root).fields(known);
+  for (const TomlEntry& entry : entries)
+    if (entry.name() == "parameters") read_inertia(content.model, entry);
   for (const TomlEntry& entry : entries) {
     if (entry.name() == "effects") {
       read_effects(content.model, entry);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +18,9 @@ std::string text_of(double value) {
   const std::string digits = fmt::format("{}", value);
   return digits.find_first_of(".en") == std::string::npos ? digits + ".0" : digits;  // n: inf
 }
+
+/// Empty: nothing is told, and the default goes with the arm.
+std::string text_of(const std::optional<double>& value) { return value ? text_of(*value) : ""; }
 
 std::string text_of(int value) { return fmt::format("{}", value); }
 
@@ -35,8 +39,9 @@ std::string joined(const std::vector<std::string>& texts) {
 template <SettingsTable Table>
 std::string text_of(const Table& table) {
   std::vector<std::string> pairs;
-  for_each_part(table, [&](std::string_view part, double value, Range /*range*/) {
-    pairs.push_back(fmt::format("{} = {}", part, text_of(value)));
+  for_each_part(table, [&](std::string_view part, const auto& value, Range /*range*/) {
+    const std::string text = text_of(value);
+    if (!text.empty()) pairs.push_back(fmt::format("{} = {}", part, text));
   });
   return "{ " + joined(pairs) + " }";
 }
@@ -118,7 +123,9 @@ std::string model_file_text(const ModelFile& content) {
   std::string_view section;
   for_each_setting(content.settings, [&](const SettingsField& field, const auto& value) {
     if (field.section != section) text += fmt::format("\n[{}]\n", section = field.section);
-    text += fmt::format("{} = {}  # {}\n", field.key, text_of(value), field.comment);
+    const std::string told = text_of(value);
+    text += told.empty() ? fmt::format("# {}: {}\n", field.key, field.comment)
+                         : fmt::format("{} = {}  # {}\n", field.key, told, field.comment);
   });
   if (!content.settings.limits.empty()) text += text_of(content.settings.limits);
   if (content.settings.belief) text += text_of(*content.settings.belief);

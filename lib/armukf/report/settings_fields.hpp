@@ -90,10 +90,12 @@ void for_each_setting(S& settings, Visit visit) {
   visit({"noise", "model_error", "rad/s; gain: variance per mean square of the innovations"},
         model_error);
   for (int i = 0; i < kMassCount; ++i)
-    visit({"noise", kMasses[i].noise_name, "N.m.s^1/2, density of the torque noise"}, torque[i]);
+    visit({"noise", kMasses[i].noise_name,
+           "N.m.s^1/2, density of the torque noise; unless told it goes with J"},
+          torque[i]);
   visit({"noise", "parameter_walk", "1/s^1/2, density of the unknowns' random walk, relative"},
         parameter_walk);
-  visit({"noise", "learning", "N.m.s^1/2, most torque noise that is learnt, 0: none; fade: power"},
+  visit({"noise", "learning", "most_torque: N.m.s^1/2, beyond which nothing is learnt; fade: power"},
         learning);
 
   auto& [twist, speed] = prior;
