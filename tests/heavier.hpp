@@ -9,8 +9,8 @@
 
 namespace armukf {
 
-/// An arm whose torques are all so many times as large, inertia, springs and friction among them: it
-/// moves alike under as much more torque.
+/// An arm whose torques are all so many times as large, inertia, springs and friction among them:
+/// it moves alike under as much more torque.
 inline Model heavier(Model model, double times) {
   const std::vector<double> values = model.values();
   model.set_inertia(times * values[kJ]);

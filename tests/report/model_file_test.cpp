@@ -93,9 +93,11 @@ TEST(ModelFile, WhatIsWrittenReadsBackToTheSame) {
 
 /// Wherever the inertia stands in the file, and whatever else it tells of an effect.
 TEST(ModelFile, TorquesOfAHeavierArmAreUsuallyLarger) {
-  const Model model = parse("effects = ['torque_limit', 'gravity']\n[parameters]\n"
-                            "gravity = { value = 300.0, scale = 7.0 }\nJ = { value = 3.291699877416 }\n")
-                          .model;
+  const Model model =
+      parse(
+          "effects = ['torque_limit', 'gravity']\n[parameters]\n"
+          "gravity = { value = 300.0, scale = 7.0 }\nJ = { value = 3.291699877416 }\n")
+          .model;
   EXPECT_NEAR(model.heaviness(), 100.0, 1e-9);
   EXPECT_NEAR(model.parameter("torque_limit").value, 1000.0, 1e-9);
   EXPECT_NEAR(model.parameter("gravity").upper, 1e4, 1e-6);

@@ -21,8 +21,8 @@ struct Parameter {
   bool share = false;   // of a whole of 1; all shares of a model together stay below it
 };
 
-/// How such a quantity goes with the size of all torques, inertia among them, at the same motion: as
-/// it (1), as its inverse (-1) or not at all.
+/// How such a quantity goes with the size of all torques, inertia among them, at the same motion:
+/// as it (1), as its inverse (-1) or not at all.
 constexpr int power_of_torque(std::string_view unit) {
   if (unit.starts_with("N.m") || unit.starts_with("kg.m^2")) return 1;
   return unit.find("(N.m") != std::string_view::npos ? -1 : 0;

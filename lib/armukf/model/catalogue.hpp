@@ -111,8 +111,8 @@ bool colours_noise(const CataloguedEffect& effect);
 /// Whether a search tries it only where no other helps: rare effects, and laws that are learnt.
 bool is_tried_last(const CataloguedEffect& effect);
 
-/// The parameters of an effect in the catalogue and its states, with what is usual of an arm so many
-/// times as heavy as the published one, and the arm's parameters that it sets free.
+/// The parameters of an effect in the catalogue and its states, with what is usual of an arm so
+/// many times as heavy as the published one, and the arm's parameters that it sets free.
 std::vector<EffectParameter> parameters_of(const CataloguedEffect& effect, double heaviness = 1.0);
 std::vector<EffectState> states_of(const CataloguedEffect& effect, double heaviness = 1.0);
 std::vector<std::string_view> freed_by(const CataloguedEffect& effect);

@@ -63,9 +63,10 @@ struct Model {
   void set_inertia(double inertia);
 
   /// Adds an effect with its states and parameters, of sizes usual of an arm of that inertia,
-  /// unknown but for the ranges of learnt laws; the same again changes nothing. The name may say which of several of its kind it is,
-  /// `torque_ripple:2`; its states and parameters are then `torque_ripple_2` and so on. InputError
-  /// where there is no such effect, or where a second one would do what the first does.
+  /// unknown but for the ranges of learnt laws; the same again changes nothing. The name may say
+  /// which of several of its kind it is, `torque_ripple:2`; its states and parameters are then
+  /// `torque_ripple_2` and so on. InputError where there is no such effect, or where a second one
+  /// would do what the first does.
   void add_effect(std::string_view name);
 
   /// Whether the model can hold the effect, so many times, besides what it has, and a filter what

@@ -63,8 +63,8 @@ inline constexpr double kPublishedInertia = 0.03291699877416;
 /// of noises, friction and springs among them, is so many times as much.
 constexpr double heaviness(double inertia) { return inertia / kPublishedInertia; }
 
-/// 1/(kg.m^2), by which a torque that is usual of the published arm accelerates each mass of another,
-/// of which as much more is usual as it is heavier: what the masses' shares tell alone.
+/// 1/(kg.m^2), by which a torque that is usual of the published arm accelerates each mass of
+/// another, of which as much more is usual as it is heavier: what the masses' shares tell alone.
 inline std::array<double, kMassCount> usual_mobilities(const double* p) {
   std::array<double, kMassCount> all = mobilities(p);
   for (double& mobility : all) mobility *= heaviness(p[kJ]);

@@ -148,7 +148,8 @@ void Watch::State::set_up_bank() {
 /// of the settings, and the predictors nearly simulate.
 PredictorNoise Watch::State::noise_of_incomplete_model() const {
   constexpr double kPole = 0.9;
-  const double per_sample = torque_noise(settings.noise, model.heaviness())[kDrivenMass] / std::sqrt(sample_s);
+  const double per_sample =
+      torque_noise(settings.noise, model.heaviness())[kDrivenMass] / std::sqrt(sample_s);
   return {{per_sample * std::sqrt((1.0 - kPole) / (1.0 + kPole)), kPole},
           {settings.noise.sensor, 0.0}};
 }

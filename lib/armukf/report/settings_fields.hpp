@@ -95,8 +95,9 @@ void for_each_setting(S& settings, Visit visit) {
           torque[i]);
   visit({"noise", "parameter_walk", "1/s^1/2, density of the unknowns' random walk, relative"},
         parameter_walk);
-  visit({"noise", "learning", "most_torque: N.m.s^1/2, beyond which nothing is learnt; fade: power"},
-        learning);
+  visit(
+      {"noise", "learning", "most_torque: N.m.s^1/2, beyond which nothing is learnt; fade: power"},
+      learning);
 
   auto& [twist, speed] = prior;
   visit({"prior", "twist", "rad, sd of both twists at the first sample", kPositive}, twist);
