@@ -42,7 +42,9 @@ TEST(Trials, OfAHeavierArmAreOfLargerTorques) {
       const double times = std::pow(100.0, power_of_torque(one.unit));
       EXPECT_NEAR(other.value, times * one.value, 1e-12 * std::abs(other.value)) << one.name;
       EXPECT_NEAR(other.scale, times * one.scale, 1e-12 * other.scale) << one.name;
-      if (one.upper < kUnbounded) EXPECT_NEAR(other.upper, times * one.upper, 1e-12 * other.upper);
+      if (one.upper < kUnbounded) {
+        EXPECT_NEAR(other.upper, times * one.upper, 1e-12 * other.upper) << one.name;
+      }
     }
   }
 }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
 
 namespace armukf {
 namespace {
@@ -23,11 +24,11 @@ class Noise {
 };
 
 /// What is learnt from so many values of m_k = kick_{k-1} + sensor_k - sensor_{k-1}.
-NoisePair learnt(const NoisePair& truth, int samples, unsigned seed) {
+NoisePair learnt(const NoisePair& truth, int samples, unsigned seed, double sample_s = 0.0) {
   std::mt19937_64 random(seed);
   Noise kick(truth.kick);
   Noise sensor(truth.sensor);
-  NoiseSpectrum spectrum;
+  NoiseSpectrum spectrum(sample_s);
   double last = sensor.next(random);
   for (int k = 0; k < samples; ++k) {
     const double now = sensor.next(random);
@@ -57,6 +58,15 @@ TEST(NoiseSpectrum, TellsTheSizeAndThePoleOfATorquesNoiseThatStandsOut) {
   EXPECT_NEAR(found.kick.sd, truth.kick.sd, 0.2 * truth.kick.sd);
   EXPECT_NEAR(found.kick.pole, truth.kick.pole, 0.06);
   EXPECT_NEAR(found.kick.long_run_variance() / truth.kick.long_run_variance(), 1.0, 0.5);
+}
+
+TEST(NoiseSpectrum, TellsBothFromShorterBlocks) {
+  const NoisePair truth{{0.05, 0.7}, {0.1, 0.4}};
+  const NoisePair found = learnt(truth, kSamples, 8, 2e-3);
+  EXPECT_NEAR(found.kick.sd, truth.kick.sd, 0.2 * truth.kick.sd);
+  EXPECT_NEAR(found.kick.pole, truth.kick.pole, 0.1);
+  EXPECT_NEAR(found.sensor.sd, truth.sensor.sd, 0.1 * truth.sensor.sd);
+  EXPECT_NEAR(found.sensor.pole, truth.sensor.pole, 0.1);
 }
 
 TEST(NoiseSpectrum, FollowsANoiseThatChanges) {
@@ -103,10 +113,16 @@ TEST(NoiseSpectrum, IsNeverNone) {
   EXPECT_GT(spectrum.noise().kick.sd, 0.0);
 }
 
+/// A block is a second at most, so that slow records do not wait much longer for their noise.
 TEST(NoiseSpectrum, HasLearntNothingBeforeTwoBlocks) {
-  NoiseSpectrum spectrum;
-  for (int k = 0; k < 1024; ++k) EXPECT_FALSE(spectrum.add(0.1 * (k % 3)));
-  EXPECT_FALSE(spectrum.has_learnt());
+  for (const auto& [sample_s, block] :
+       {std::pair{0.0, 1024}, {5e-4, 1024}, {1e-3, 1024}, {2e-3, 512}, {1e-5, 1024}, {1.0, 128}}) {
+    NoiseSpectrum spectrum(sample_s);
+    const int second = block + block / 2;
+    for (int k = 0; k + 1 < second; ++k) EXPECT_FALSE(spectrum.add(0.1 * (k % 3))) << sample_s;
+    EXPECT_FALSE(spectrum.has_learnt()) << sample_s;
+    EXPECT_TRUE(spectrum.add(0.1)) << sample_s;
+  }
 }
 
 }  // namespace

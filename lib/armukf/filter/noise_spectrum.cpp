@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <utility>
 
 namespace armukf {
@@ -36,10 +37,9 @@ struct Density {
   }
 };
 
-/// In place, n a power of two. Source: J. W. Cooley, J. W. Tukey, Math. Comp. 19 (1965).
-template <std::size_t N, std::size_t H>
-void transform(std::array<std::complex<double>, N>& x,
-               const std::array<std::complex<double>, H>& turns) {
+/// In place, of a power of two. Source: J. W. Cooley, J. W. Tukey, Math. Comp. 19 (1965).
+void transform(std::span<std::complex<double>> x, std::span<const std::complex<double>> turns) {
+  const std::size_t N = x.size();
   for (std::size_t i = 1, j = 0; i < N; ++i) {
     std::size_t bit = N >> 1U;
     for (; (j & bit) != 0; bit >>= 1U) j ^= bit;
@@ -76,23 +76,32 @@ std::array<double, 4> solved(std::array<std::array<double, 4>, 4> A, std::array<
 
 }  // namespace
 
-NoiseSpectrum::NoiseSpectrum(int fewest_blocks) : fewest_blocks_(fewest_blocks) {
+NoiseSpectrum::NoiseSpectrum(double sample_s, int fewest_blocks) : fewest_blocks_(fewest_blocks) {
+  constexpr double kBlockS = 1.0;
+  const double samples = sample_s > 0.0 ? kBlockS / sample_s : kMostBlock;
+  lay_out(static_cast<int>(std::clamp<double>(samples, kLeastBlock, kMostBlock)));
+}
+
+void NoiseSpectrum::lay_out(int size) {
+  const int within = std::clamp(size, kLeastBlock, kMostBlock);
+  size_ = 1 << static_cast<int>(std::lround(std::log2(within)));
   double power = 0.0;
-  for (int k = 0; k < kBlock; ++k) {
-    const double angle = 2.0 * std::numbers::pi * k / kBlock;
+  for (int k = 0; k < size_; ++k) {
+    const double angle = 2.0 * std::numbers::pi * k / size_;
     taper_[k] = 0.5 - 0.5 * std::cos(angle);
     power += taper_[k] * taper_[k];
-    if (k < kBlock / 2) turns_[k] = {std::cos(angle), -std::sin(angle)};
+    if (k < size_ / 2) turns_[k] = {std::cos(angle), -std::sin(angle)};
   }
-  for (double& weight : taper_) weight /= std::sqrt(power);
+  for (int k = 0; k < size_; ++k) taper_[k] /= std::sqrt(power);
   // A bin a line at first, then wider in equal ratios, but nowhere so wide that f bends within.
   constexpr double kRatio = 1.1;
   constexpr int kWidest = 10;  // lines
-  for (int first = kFirstLine; first < kBlock / 2 && bin_count_ < kMostBins; ++bin_count_) {
+  bin_count_ = 0;
+  for (int first = kFirstLine; first < size_ / 2 && bin_count_ < kMostBins; ++bin_count_) {
     const int width = std::clamp(static_cast<int>((kRatio - 1.0) * first), 1, kWidest);
-    const int end = std::min(first + width, kBlock / 2);
+    const int end = std::min(first + width, size_ / 2);
     const double middle = 0.5 * (first + end - 1);
-    bins_[bin_count_] = {first, end, std::cos(2.0 * std::numbers::pi * middle / kBlock), 0.0};
+    bins_[bin_count_] = {first, end, std::cos(2.0 * std::numbers::pi * middle / size_), 0.0};
     first = end;
   }
 }
@@ -104,13 +113,13 @@ bool NoiseSpectrum::add(double sum, int count) {
 }
 
 bool NoiseSpectrum::take(double m, bool spread) {
-  spread_[filled_ < kBlock / 2 ? 0 : 1] += spread ? 1 : 0;
+  spread_[filled_ < size_ / 2 ? 0 : 1] += spread ? 1 : 0;
   block_[filled_++] = m;
-  if (filled_ < kBlock) return false;
-  const bool tells = spread_[0] + spread_[1] <= kMostSpread;
+  if (filled_ < size_) return false;
+  const bool tells = kMostSpread * (spread_[0] + spread_[1]) <= size_;
   if (tells) take_block();
-  std::copy(block_.begin() + kBlock / 2, block_.end(), block_.begin());
-  filled_ = kBlock / 2;
+  std::copy(block_.begin() + size_ / 2, block_.begin() + size_, block_.begin());
+  filled_ = size_ / 2;
   spread_ = {spread_[1], 0};
   if (!tells || !has_learnt()) return false;
   fit();
@@ -118,8 +127,9 @@ bool NoiseSpectrum::take(double m, bool spread) {
 }
 
 void NoiseSpectrum::take_block() {
-  for (int k = 0; k < kBlock; ++k) lines_[k] = taper_[k] * block_[k];
-  transform(lines_, turns_);
+  for (int k = 0; k < size_; ++k) lines_[k] = taper_[k] * block_[k];
+  const auto size = static_cast<std::size_t>(size_);
+  transform(std::span(lines_).first(size), std::span(turns_).first(size / 2));
   ++blocks_;
   // Block n counts as n^2: of twenty blocks the first five, in which the parameters run in, have
   // one part in sixty.

@@ -45,9 +45,10 @@ struct NoisePair {
 /// analysis of multiple stationary time series", JRSS B 15 (1953). Memory is constant.
 class NoiseSpectrum {
  public:
-  /// fewest_blocks: beyond so many it is learnt; from the spectrum of one block four numbers can
-  /// hardly be read.
-  explicit NoiseSpectrum(int fewest_blocks = 1);
+  /// sample_s: the usual interval (s; 0: that of the published record), of which a block holds a
+  /// second or, of fast ones, kMostBlock. fewest_blocks: beyond so many it is learnt; from the
+  /// spectrum of one block four numbers can hardly be read.
+  explicit NoiseSpectrum(double sample_s = 0.0, int fewest_blocks = 1);
 
   /// Takes the next m (rad/s); or the sum of some in a row, of measurements that are missing, which
   /// is spread evenly. Returns true where a block is full and the noises are learnt anew; a block
@@ -65,21 +66,26 @@ class NoiseSpectrum {
 
   template <class Archive>
   void archive(Archive& archive) {
+    int size = size_;
+    archive(size);
+    if (size != size_) lay_out(size);
     archive(block_, filled_, spread_, blocks_, fewest_blocks_, noise_);
     for (Bin& bin : bins_) archive(bin.density);
-    filled_ = std::clamp(filled_, 0, kBlock - 1);  // it is an index, whoever wrote the archive
+    filled_ = std::clamp(filled_, 0, size_ - 1);  // it is an index, whoever wrote the archive
   }
 
  private:
-  static constexpr int kBlock = 1024;  // samples
+  static constexpr int kLeastBlock = 128;  // samples
+  static constexpr int kMostBlock = 1024;
   // Blocks, of which the average never holds more than the last so many: slow changes are followed.
   static constexpr double kMostBlocks = 200.0;
-  // Below this line of a block's spectrum the unsettled model and its arm's resonance count most.
+  // Below this line of a block's spectrum, 5 to 10 Hz, the unsettled model and its arm's resonance
+  // count most, and what springs answer to a torque's noise makes less of it.
   static constexpr int kFirstLine = 5;
   static constexpr int kMostBins = 96;
   // Of a block may be spread, which leaves a quarter of the power of white noise at the sensor: its
   // deviation is then found 4 % too small at most.
-  static constexpr int kMostSpread = kBlock / 10;
+  static constexpr int kMostSpread = 10;  // one sample in so many
 
   struct Bin {
     int first;       // line
@@ -89,16 +95,19 @@ class NoiseSpectrum {
   };
   using Point = std::array<double, 4>;  // ln sd of kick, its pole, ln sd of sensor, its pole
 
+  /// Blocks of so many samples, or the nearest power of two that there is room for.
+  void lay_out(int size);
   bool take(double m, bool spread);
   void take_block();
   void fit();
   double cost(const Point& p) const;
   Point improved(Point p) const;
 
-  std::array<double, kBlock> block_{};
-  std::array<std::complex<double>, kBlock> lines_{};
-  std::array<std::complex<double>, kBlock / 2> turns_{};
-  std::array<double, kBlock> taper_{};
+  int size_ = 0;  // of a block
+  std::array<double, kMostBlock> block_{};
+  std::array<std::complex<double>, kMostBlock> lines_{};
+  std::array<std::complex<double>, kMostBlock / 2> turns_{};
+  std::array<double, kMostBlock> taper_{};
   std::array<Bin, kMostBins> bins_{};
   int bin_count_ = 0;
   int filled_ = 0;

@@ -208,7 +208,7 @@ class Engine {
   /// What was seen lately was of a machine that has changed: the noise is learnt anew, and until
   /// then what is reckoned with stays. What is not noise is told anew as well.
   void begin_noise_anew() {
-    watch_ = NoiseWatch::after_change();
+    watch_ = NoiseWatch::after_change(usual_dt_);
     samples_ = 0;
     seen_ = 0.0;
     expected_ = 0.0;
@@ -473,7 +473,7 @@ class Engine {
   }
 
   void learn(const Innovation& innovation, double before, const Moment& at) {
-    if (usual_dt_ == 0.0) usual_dt_ = last_.dt;
+    if (usual_dt_ == 0.0) watch_ = NoiseWatch(usual_dt_ = last_.dt);
     opening_ *= kOpeningStays;
     fade(at.watched);
     if (keeps_noise_) return;
@@ -500,7 +500,7 @@ class Engine {
   NoisePair unlearnt_noise() const { return {{}, {settings_->noise.sensor, 0.0}}; }
 
   void forget_noise() {
-    watch_ = {};
+    watch_ = NoiseWatch(usual_dt_);
     learnt_ = false;
     noise_ = unlearnt_noise();
     model_error_ = std::max(model_error_, squared(settings_->noise.model_error.start));

@@ -16,13 +16,14 @@ struct Between {
 /// the model expects of a motion without noise, and noise.
 class NoiseWatch {
  public:
-  NoiseWatch() = default;
+  /// sample_s: the usual interval (s), 0 as long as nobody knows it.
+  explicit NoiseWatch(double sample_s = 0.0) : spectrum_(sample_s) {}
 
   /// Of a machine whose noise was known before it changed: it is learnt once that is as good.
-  static NoiseWatch after_change() {
-    constexpr int kFewestBlocks = 8;  // two seconds and a quarter at 2 kHz
+  static NoiseWatch after_change(double sample_s) {
+    constexpr int kFewestBlocks = 8;  // two seconds and a quarter
     NoiseWatch watch;
-    watch.spectrum_ = NoiseSpectrum(kFewestBlocks);
+    watch.spectrum_ = NoiseSpectrum(sample_s, kFewestBlocks);
     return watch;
   }
 

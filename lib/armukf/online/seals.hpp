@@ -6,7 +6,7 @@
 /// it, changes: an older checkpoint is then refused instead of being misread.
 namespace armukf {
 
-inline constexpr Seal kSessionSeal{"armukf_s", 10};
-inline constexpr Seal kTrackSeal{"armukf_t", 13};
+inline constexpr Seal kSessionSeal{"armukf_s", 11};
+inline constexpr Seal kTrackSeal{"armukf_t", 14};
 
 }  // namespace armukf
