@@ -15,7 +15,7 @@ import unittest
 from pathlib import Path
 
 RECORD = Path(__file__).resolve().parents[2] / "data" / "short_record.csv"
-ROWS = 100
+ROWS = 40
 MODE = ["--effect", "flexible_mode_motor"]
 MANY = [*MODE, "--effect", "flexible_mode_gear", "--effect", "drive_lag", "--effect", "torque_ripple"]
 JOBS = {
