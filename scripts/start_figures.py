@@ -20,10 +20,10 @@ import tempfile
 from pathlib import Path
 
 from recursive_figures import TRUTH, armukf
+from sweeps import INERTIA
 
 FRICTION = {"Fv": 0.00986346744839, "Fc": 0.74302635727901, "Fcs": 3.98628540790595,
             "alpha": 3.24015074090438, "beta": 0.79943497008153}
-INERTIA = 0.03291699877416
 MEASURED_MSE = 9.467  # (rad/s)^2, of the published minimum
 
 

@@ -19,6 +19,8 @@ ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "build/release/bin/armukf"
 WRONG_INPUT = 2  # exit status of armukf
 
+INERTIA = 0.03291699877416  # kg.m^2, J of the published arm
+
 # Published start values, and how far apart random arms and start values lie: sd of the logarithm.
 START = {"a_m": 0.17910964111956, "a_g": 0.61206166914114, "k_g1": 20.59269827430799,
          "k_g3": 10.0, "d_g": 0.0624181404729, "k_a": 20.23072060978318, "d_a": 0.00987527995798}

@@ -38,7 +38,6 @@ DEFAULT = ["noise.sensor", "noise.motor_torque", "noise.gear_torque", "noise.mod
 ROUND = 60         # evaluations between two savings of the state
 AGREE = 2e-3       # per sample: starts whose likelihood is that near have found the same
 REFUSED = 1e6      # instead of an infinite objective, over which no simplex can be ordered
-PUBLISHED_J = 0.03291699877416  # kg.m^2
 BUILT_IN = {"noise": {"sensor": 0.1, "motor_torque": 0.003, "gear_torque": 0.003, "arm_torque": 0.0,
                       "model_error": {"start": 16.0, "least": 0.0, "gain": 4.0, "time_s": 0.3},
                       "parameter_walk": {"start": 0.35, "floor": 0.002, "time_s": 1.0},
@@ -95,7 +94,7 @@ def start_value(content, name):
     except KeyError:
         value = looked_up(BUILT_IN, name)
         if name.endswith("_torque"):  # what is usual of torques goes with the arm's inertia
-            value *= content.get("parameters", {}).get("J", {}).get("value", PUBLISHED_J) / PUBLISHED_J
+            value *= content.get("parameters", {}).get("J", {}).get("value", sweeps.INERTIA) / sweeps.INERTIA
     return value if value > 0 else BOUNDS[name][2]
 
 

@@ -148,8 +148,9 @@ void read_inertia(Model& model, const TomlEntry& parameters) {
   for (const TomlEntry& parameter : parameters.fields()) {
     if (parameter.name() != model.parameters[kJ].name) continue;
     for (const TomlEntry& field : parameter.fields()) {
-      if (field.name() == "value" && field.number(Range::kAny) > 0.0)
-        model.set_inertia(field.number(Range::kAny));
+      if (field.name() != "value") continue;
+      const double inertia = field.number(Range::kAny);
+      if (inertia > 0.0) model.set_inertia(inertia);
     }
   }
 }
