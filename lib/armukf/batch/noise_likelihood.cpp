@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "armukf/batch/directions_at_once.hpp"
 #include "armukf/batch/prediction.hpp"
 #include "armukf/batch/state_step.hpp"
 #include "armukf/batch/visit_states.hpp"
@@ -223,18 +224,20 @@ NoiseLikelihood::NoiseLikelihood(const Model& model, const StatesOfPieces& x0,
   for (const Coordinate& state : model.states) spread_.push_back(first_spread(state));
   const std::array<double, kMassCount> mobility = usual_mobilities(model.values().data());
   for (int i = 0; i < kMassCount; ++i) mobility_[kMasses[i].speed] = mobility[i];
-  with_states([&]<int S>() {
-    for_each_job(static_cast<int>(pieces.size()),
-                 [&](int e) { ways_[e] = way_over<S>(x0[e], pieces[e].samples, along); });
+  int rows = 0;
+  with_states([&]<int S>() { rows = S; });
+  for_each_job(static_cast<int>(pieces.size()), [&](int e) {
+    ways_[e] = rows <= kFewStates ? way_over<kFewStates>(rows, x0[e], pieces[e].samples, along)
+                                  : way_over<kMaxStates>(rows, x0[e], pieces[e].samples, along);
   });
 }
 
-template <int S>
-NoiseLikelihood::Way NoiseLikelihood::way_over(const std::vector<double>& x0,
+template <int Most>
+NoiseLikelihood::Way NoiseLikelihood::way_over(int S, const std::vector<double>& x0,
                                                const std::vector<Sample>& samples,
                                                const FilterNoise& along) const {
-  using Number = Dual<padded(S, kPackWidth)>;
-  using States = std::array<Number, S>;
+  using Number = Dual<kFewAtOnce>;
+  using States = std::array<Number, Most>;
   const std::size_t n = samples.size();
   Way way;
   way.samples = n;
@@ -249,44 +252,57 @@ NoiseLikelihood::Way NoiseLikelihood::way_over(const std::vector<double>& x0,
   const auto states = static_cast<int>(model_.states.size());
   const Gains gains = filter_gains(model_, x0, samples, propagation_, along);
   const StateStep<Number> step(model_, samples, propagation_);
-  std::array<double, S> x{};
+  std::array<double, Most> x{};
   std::copy_n(x0.begin(), states, x.begin());
   double expected = 0.0;  // rad/s, of the sensor's noise
   double torque = 0.0;    // rad/s^2
-  const auto seeded = [&] {
+  // The states as they are, with derivatives by those from `first` on.
+  const auto seeded = [&](int first) {
     States at;
-    for (int i = 0; i < S; ++i) {
-      at[i] = Number(x[i]);
-      at[i].gradient[i] = 1.0;
-    }
+    for (int i = 0; i < Most; ++i) at[i] = Number(x[i]);
+    for (int j = first; j < std::min(first + kFewAtOnce, states); ++j)
+      at[j].gradient[j - first] = 1.0;
     return at;
+  };
+  const auto for_each_part = [&](const auto& visit) {
+    for (int first = 0; first < states; first += kFewAtOnce)
+      visit(first, std::min(kFewAtOnce, states - first));
   };
   for (std::size_t k = 0; k < n; ++k) {
     if (k > 0) {
       const double dt = samples[k].t - samples[k - 1].t;
       way.interval[k] = dt;
       x[kPushed] += 0.5 * dt * torque;
-      States moved = seeded();
-      step(moved, k);
-      for (int i = 0; i < S; ++i) {
-        x[i] = moved[i].value;
-        for (int j = 0; j < S; ++j) way.motion[(k * S + i) * S + j] = moved[i].gradient[j];
-      }
+      std::array<double, Most> next{};
+      for_each_part([&](int first, int count) {
+        States moved = seeded(first);
+        step(moved, k);
+        for (int i = 0; i < states; ++i) {
+          next[i] = moved[i].value;
+          for (int j = 0; j < count; ++j)
+            way.motion[(k * S + i) * S + first + j] = moved[i].gradient[j];
+        }
+      });
+      x = next;
       x[kPushed] += 0.5 * dt * torque;
       torque *= gains.torque_pole;
       expected *= gains.sensor_pole;
     }
-    const Number shown = step.measured(seeded(), k);
-    for (int j = 0; j < S; ++j) way.shown[k * S + j] = shown.gradient[j];
+    double y = 0.0;
+    for_each_part([&](int first, int count) {
+      const Number shown = step.measured(seeded(first), k);
+      y = shown.value;
+      for (int j = 0; j < count; ++j) way.shown[k * S + first + j] = shown.gradient[j];
+    });
     if (!std::isnan(samples[k].y)) {
-      way.error[k] = samples[k].y - shown.value;
+      way.error[k] = samples[k].y - y;
       const double innovation = way.error[k] - expected;
       for (int i = 0; i < states; ++i) {
         way.correction[k * S + i] = gains(k, i) * innovation;
         x[i] += way.correction[k * S + i];
       }
       if (!gains.torque_noise.empty()) torque += gains.torque_noise[k] * innovation;
-      expected = samples[k].y - value_of(step.measured(seeded(), k));
+      expected = samples[k].y - value_of(step.measured(seeded(0), k));
     }
     way.torque[k] = torque;
   }

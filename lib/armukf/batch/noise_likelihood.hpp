@@ -38,8 +38,9 @@ class NoiseLikelihood {
     std::vector<double> torque;      // rad/s^2, the motor's by the noise, once corrected
   };
 
-  template <int S>
-  Way way_over(const std::vector<double>& x0, const std::vector<Sample>& samples,
+  /// For S states at each sample, of at most Most.
+  template <int Most>
+  Way way_over(int S, const std::vector<double>& x0, const std::vector<Sample>& samples,
                const FilterNoise& along) const;
 
   template <int S>

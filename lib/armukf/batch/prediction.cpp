@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <type_traits>
 #include <utility>
 
+#include "armukf/batch/directions_at_once.hpp"
 #include "armukf/batch/gains.hpp"
 #include "armukf/batch/noise_likelihood.hpp"
 #include "armukf/batch/noise_search.hpp"
@@ -60,6 +62,9 @@ using FewShape = BoundedShape<8, 8>;
 using AnyShape = BoundedShape<kMaxStates, kMaxStates>;
 using WideShape = BoundedShape<kMaxStates + 2, kMaxStates + 2>;
 
+template <class Shape>
+using Rule = LinearisedBy<Shape, kManyAtOnce, kFewAtOnce>;
+
 /// What the filter needs to know of a record.
 struct Setting {
   const Model& model;
@@ -97,8 +102,8 @@ class LinearisedStep {
   }
 
  private:
-  using Many = typename Linearised<Shape>::Many;
-  using Few = typename Linearised<Shape>::Few;
+  using Many = typename Rule<Shape>::Many;
+  using Few = typename Rule<Shape>::Few;
 
   StateStep<Many> many_;
   StateStep<Few> few_;
@@ -152,9 +157,8 @@ struct Update {
 
 /// The belief at sample k given the speed y.
 template <class Shape>
-Update<Shape> updated(const Setting& setting, Gaussian<Shape>& belief,
-                      const Linearised<Shape>& rule, const LinearisedStep<Shape>& step,
-                      std::size_t k) {
+Update<Shape> updated(const Setting& setting, Gaussian<Shape>& belief, const Rule<Shape>& rule,
+                      const LinearisedStep<Shape>& step, std::size_t k) {
   constexpr double kRest = 1e-9;  // of the noise's variance: all of it is in its row
   const auto shown = [&]<class Number>(const Number* x) {
     std::array<Number, Shape::kStates> states;
@@ -171,13 +175,20 @@ Update<Shape> updated(const Setting& setting, Gaussian<Shape>& belief,
   return update;
 }
 
-/// An extended Kalman filter of the states over the record, the sensor's noise variance 1. Calls
-/// visit(k, x) with the states believed at sample k, given the measurements before and at it, and
-/// after each measurement see(k, update).
-template <class Shape, class Visit, class See>
-InnovationSums filter(const Setting& setting, Shape shape, Visit visit, See see) {
+/// Who is called with the states believed at sample k, given the measurements before and at it; and
+/// who with what each measurement made of the belief. No templates: a filter is compiled once per
+/// shape.
+template <class Shape>
+using Visit = std::function<void(std::size_t k, const BeliefRow<Shape>& x)>;
+template <class Shape>
+using See = std::function<void(std::size_t k, const Update<Shape>& update)>;
+
+/// An extended Kalman filter of the states over the record, the sensor's noise variance 1.
+template <class Shape>
+InnovationSums filter(const Setting& setting, Shape shape, const Visit<Shape>& visit,
+                      const See<Shape>& see) {
   const LinearisedStep<Shape> step(setting);
-  const Linearised<Shape> rule;
+  const Rule<Shape> rule;
   const StepNoise<Shape> noise = noise_per_second<Shape>(setting);
   constexpr int kDriven = kMasses[kDrivenMass].speed;
   const double sensor_pole = setting.noise.sensor_pole;
@@ -212,28 +223,29 @@ InnovationSums filter(const Setting& setting, Shape shape, Visit visit, See see)
     if (!std::isnan(samples[k].y)) {
       const Update<Shape> update = updated(setting, belief, rule, step, k);
       if (k >= faded) sums.add(update.innovation);
-      see(k, update);
+      if (see) see(k, update);
     }
     if (k % kTracesDropped == 0) drop_traces(belief);
-    visit(k, belief.mean);
+    if (visit) visit(k, belief.mean);
   }
   return sums;
 }
 
 /// Calls visit(k, y) with the predicted speed at every `stride`-th sample k from `horizon` on;
 /// returns the innovations' sums.
-template <class Shape, class Visit>
+template <class Shape>
 InnovationSums visit_predictions(const Setting& setting, Shape shape, std::size_t horizon,
-                                 std::size_t stride, Visit visit) {
+                                 std::size_t stride,
+                                 const std::function<void(std::size_t, double)>& visit) {
   const StateStep<double> step(setting.model, setting.samples, setting.propagation);
-  const auto predict = [&](std::size_t k, const auto& belief) {
+  const auto predict = [&](std::size_t k, const BeliefRow<Shape>& belief) {
     if (k + horizon >= setting.samples.size() || k % stride != 0) return;
     std::array<double, Shape::kStates> x{};
     std::copy_n(belief.begin(), shape.states(), x.begin());
     for (std::size_t i = 1; i <= horizon; ++i) step(x, k + i);
     visit(k + horizon, step.measured(x, k + horizon));
   };
-  return filter(setting, shape, predict, [](std::size_t, const Update<Shape>&) {});
+  return filter<Shape>(setting, shape, predict, nullptr);
 }
 
 template <class Shape>
@@ -253,8 +265,7 @@ Gains gains_of(const Setting& setting, Shape shape) {
       gains.torque_noise[k] = update.covariance[setting.torque_row()] / update.innovation.variance;
     gains.innovation_sd[k] = std::sqrt(update.innovation.variance);
   };
-  filter(
-      setting, shape, [](std::size_t, const auto&) {}, note);
+  filter<Shape>(setting, shape, nullptr, note);
   return gains;
 }
 
@@ -491,12 +502,12 @@ std::vector<std::vector<double>> predictions_at(const Model& model, const std::v
   const Setting setting{model, x0, samples, propagation, {density}};
   PredictionsAhead ahead(setting, horizons, parts);
   with_state_shape(setting, [&]<class Shape>(Shape shape) {
-    const auto predict = [&](std::size_t k, const auto& belief) {
+    const auto predict = [&](std::size_t k, const BeliefRow<Shape>& belief) {
       std::array<double, Shape::kStates> x{};
       std::copy_n(belief.begin(), shape.states(), x.begin());
       ahead.predict(k, x);
     };
-    filter(setting, shape, predict, [](std::size_t, const Update<Shape>&) {});
+    filter<Shape>(setting, shape, predict, nullptr);
   });
   return ahead.take();
 }
@@ -530,9 +541,8 @@ double log_likelihood(const Model& model, const StatesOfPieces& x0,
   InnovationSums all;
   for (std::size_t e = 0; e < pieces.size(); ++e) {
     const Setting setting{model, x0[e], pieces[e].samples, propagation, noise};
-    all += with_state_shape(setting, [&](auto shape) {
-      const auto nothing = [](std::size_t, const auto&) {};
-      return filter(setting, shape, nothing, nothing);
+    all += with_state_shape(setting, [&]<class Shape>(Shape shape) {
+      return filter<Shape>(setting, shape, nullptr, nullptr);
     });
   }
   const double found = all.log_likelihood();

@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "armukf/batch/directions_at_once.hpp"
 #include "armukf/batch/visit_states.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/parallel.hpp"
@@ -15,21 +16,6 @@ namespace {
 /// A number with derivatives in N directions.
 template <int N, Precision P>
 using Differentiated = Dual<N, std::conditional_t<P == Precision::kSingle, Singles<N>, Lanes<N>>>;
-
-/// How many derivatives a register holds.
-template <Precision P>
-inline constexpr int kWidth = P == Precision::kSingle ? kSinglesWidth : kPackWidth;
-
-/// The most directions that a number may carry. The value is found anew for each turn, which with a
-/// few effects costs as much as a dozen directions; but more than a few registers are no gain.
-template <Precision P>
-inline constexpr int kMostAtOnce = P == Precision::kSingle ? std::min(32, 4 * kSinglesWidth)
-                                                           : std::min(24, 6 * kPackWidth);
-
-template <Precision P>
-constexpr int size_for(int directions) {
-  return std::min(padded(directions, kWidth<P>), kMostAtOnce<P>);
-}
 
 /// How many it may carry; the least that is enough is taken.
 template <Precision P>

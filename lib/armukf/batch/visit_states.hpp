@@ -55,6 +55,22 @@ void correct(const Model& model, const Gains& gains, std::size_t k, const T& err
     if (!is_cyclic(model.states[i].beginning)) x[i] += gains(k, i) * error;
 }
 
+/// The equations of motion under the torque u (N.m), as a stepper takes them; of the bare arm where
+/// no more rows are there. A type of its own, so that all loops share their steppers.
+template <class T, std::size_t States>
+struct Rates {
+  const Dynamics<T>& dynamics;
+  T u;
+
+  void operator()(const std::array<T, States>& state, std::array<T, States>& rate, double t) const {
+    if constexpr (States > kArmStates) {
+      dynamics.derivative(t, u, state.data(), rate.data());
+    } else {
+      dynamics.arm_derivative(u, state.data(), rate.data());
+    }
+  }
+};
+
 /// Calls visit(k, x, y) with the states and the speed that the sensor shows of them at each sample,
 /// before they are corrected, until the motor's speed runs away; returns how many samples were
 /// visited. p: a number per parameter; x: the states at the first sample; input(k): the torque
@@ -83,13 +99,7 @@ std::size_t visit_states(const Model& model, const std::vector<T>& p, std::array
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (k > 0) {
       const Sample& last = samples[k - 1];
-      const auto f = [&, u = input(k - 1)](const auto& state, auto& rate, double t) {
-        if constexpr (States > kArmStates) {
-          dynamics.derivative(t, u, state.data(), rate.data());
-        } else {
-          dynamics.arm_derivative(u, state.data(), rate.data());
-        }
-      };
+      const Rates<T, States> f{dynamics, input(k - 1)};
       const std::array<T, States> before = x;
       const T shown_before = angles == Angles::kMeasured ? shown(k - 1) : T(0.0);
       const double dt = samples[k].t - last.t;

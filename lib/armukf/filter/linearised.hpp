@@ -20,18 +20,18 @@ inline constexpr int kFewDirections<FixedShape<States, Unknowns>> =
 
 /// First-order image of a belief under f, with the exact Jacobian F of f from dual numbers:
 /// m' = f(m), [cov(x', x') cov(x', theta)] = F P [F' ; I]. Source: the extended Kalman filter.
-template <class Shape>
-class Linearised {
+/// AtOnce directions are taken at once, and Last of them where no more are left.
+template <class Shape, int AtOnce, int Last>
+class LinearisedBy {
  public:
   static constexpr std::string_view filter_name = "ekf";
 
   using Row = BeliefRow<Shape>;
 
-  // All directions of a point, many at once; the last of them may be so few that less does.
-  using Many = Dual<kDirectionsAtOnce>;
-  using Few = Dual<kFewDirections<Shape>>;
+  using Many = Dual<AtOnce>;
+  using Few = Dual<Last>;
 
-  explicit Linearised(const UnscentedSpread& /*spread*/ = {}, Shape /*shape*/ = {}) {}
+  explicit LinearisedBy(const UnscentedSpread& /*spread*/ = {}, Shape /*shape*/ = {}) {}
 
   /// f takes the rows of states and of unknowns, each Many or Few, and returns the moved states.
   template <class F>
@@ -71,13 +71,12 @@ class Linearised {
   /// on, for all directions. Returns how many the numbers had room for.
   template <class Visit>
   static int for_each_part(const Shape& shape, const Row& point, const Visit& visit) {
-    constexpr int kFew = kFewDirections<Shape>;
     int first = 0;
-    for (; shape.size() - first > kFew; first += kDirectionsAtOnce)
-      visit_part<kDirectionsAtOnce>(shape, point, first, visit);
+    for (; shape.size() - first > Last; first += AtOnce)
+      visit_part<AtOnce>(shape, point, first, visit);
     if (shape.size() <= first) return first;
-    visit_part<kFew>(shape, point, first, visit);
-    return first + kFew;
+    visit_part<Last>(shape, point, first, visit);
+    return first + Last;
   }
 
   template <int N, class Visit>
@@ -141,5 +140,9 @@ class Linearised {
     return image;
   }
 };
+
+/// As many at once as are worth it, and as few as are left.
+template <class Shape>
+using Linearised = LinearisedBy<Shape, kDirectionsAtOnce, kFewDirections<Shape>>;
 
 }  // namespace armukf

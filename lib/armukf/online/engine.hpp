@@ -16,6 +16,7 @@
 #include "armukf/model/dynamics.hpp"
 #include "armukf/model/plant.hpp"
 #include "armukf/ode/propagate.hpp"
+#include "armukf/online/moment.hpp"
 #include "armukf/online/noise_watch.hpp"
 #include "armukf/online/race.hpp"
 #include "armukf/online/settings.hpp"
@@ -96,14 +97,6 @@ struct ArmSensor {
     if (noise_row >= 0) y += x[noise_row];
     return y;
   }
-};
-
-/// When something happens to a filter.
-struct Moment {
-  double t = 0.0;  // s, since the first sample
-  // s, of that without gaps and standstill: how long the filter has had to learn.
-  double watched = 0.0;
-  bool at_rest = false;  // the sensor shows the same number all the while
 };
 
 /// A filter at work on the arm.
@@ -214,11 +207,22 @@ class Engine {
     expected_ = 0.0;
   }
 
-  /// Whether the noise has been learnt, and is noise.
-  bool has_learnt() const { return learnt_; }
-
-  /// Whether there was enough to learn it from.
-  bool has_sought() const { return learnt_ || (coloured_ && watch_.has_learnt()); }
+  /// The noise that was learnt, if it is noise and there was enough to learn it from; and how much
+  /// of the innovations is none.
+  LearntNoise learnt_noise() const {
+    LearntNoise found;
+    found.sought = learnt_ || (coloured_ && watch_.has_learnt());
+    found.known = learnt_;
+    found.sample_s = usual_dt_;
+    found.not_noise = not_noise();
+    if (!learnt_) return found;
+    const ColouredNoise torque = torque_noise();
+    found.torque_sd = torque.sd;
+    found.torque_pole = torque.pole;
+    found.sensor_sd = noise_.sensor.sd;
+    found.sensor_pole = noise_.sensor.pole;
+    return found;
+  }
 
   /// What the belief reckons with; the kick is that of the usual step.
   const NoisePair& noise() const { return noise_; }

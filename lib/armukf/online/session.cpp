@@ -9,89 +9,40 @@
 #include <numeric>
 #include <optional>
 #include <span>
-#include <variant>
 
 #include "armukf/core/archive.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/model/plant.hpp"
+#include "armukf/online/contender.hpp"
 #include "armukf/online/description.hpp"
-#include "armukf/online/filters.hpp"
 #include "armukf/online/held_shapes.hpp"
 #include "armukf/online/race.hpp"
-#include "armukf/online/runner.hpp"
 #include "armukf/online/seals.hpp"
 #include "armukf/online/widening.hpp"
 
 namespace armukf {
 namespace {
 
-/// A runner of any filter of the registries.
-template <class... F>
-std::variant<Runner<F>...> runner_of(TypeList<F...>);
-using AnyRunner = decltype(runner_of(FilterTypes<PublishedShape>() + FilterTypes<ColouredShape>() +
-                                     FilterTypes<CompletedShape>() + FilterTypes<AnyShape>()));
-
-/// Whether the noises, which have colours, are to be learnt.
-bool learns_noise(const EstimatorSettings& settings) {
-  return !is_adaptive(settings.filter) && settings.noise.model_error.gain > 0.0 &&
-         settings.noise.learning.most_torque != 0.0;
-}
-
-AnyRunner make_runner(const Model& model, const FreeCoordinates& coordinates,
-                      const EstimatorSettings& settings) {
-  return with_shape(model, coordinates, learns_noise(settings), [&](auto shape) {
-    return with_filter("an estimate", Filters<decltype(shape)>(), kind_of(settings.filter), shape,
-                       settings.spread, [&](auto filter) -> AnyRunner {
-                         return Runner(Engine(model, coordinates, settings, filter), settings.gate);
-                       });
-  });
-}
-
-template <class... F>
-std::vector<std::string_view> names_of(TypeList<F...> /*registry*/) {
-  return {F::name...};
-}
-
 /// s; what is taken to lie between two clocks, at least: a gap by any measure.
 constexpr double kLeastPause = 10.0;
 constexpr double kPauseInIntervals = 100.0;
 
-double log_likelihood(const AnyRunner& runner) {
-  return std::visit([](const auto& r) { return r.log_likelihood(); }, runner);
+double log_likelihood(const std::unique_ptr<Contender>& contender) {
+  return contender->log_likelihood();
 }
 
-/// A second look at the samples of the beginning, from that start, with the noise that a first one
-/// has learnt, or that part of the torque's. Likelihood counts from their end on.
-AnyRunner second_look(const AnyRunner& first, const Start& start, std::span<const Sample> samples,
-                      double part_of_torque = 1.0) {
-  return std::visit(
-      [&](const auto& runner) -> AnyRunner {
-        auto again = runner.anew();
-        again.engine().look_again(runner.engine(), start.values, part_of_torque);
-        again.engine().begin_at(start.places);
-        for (const Sample& sample : samples) again.step(sample);
-        again.forget_likelihood();
-        return again;
-      },
-      first);
-}
-
-/// What a runner believes of the unknown parameters: all parameters of the model, and of the
+/// What a contender believes of the unknown parameters: all parameters of the model, and of the
 /// unknown ones the deviations.
 struct BelievedParameters {
   std::array<double, kMaxParameters> values;
   std::array<double, kMaxParameters> deviations;
 };
 
-BelievedParameters parameters_of(const AnyRunner& runner) {
+BelievedParameters parameters_of(const Contender& contender) {
   BelievedParameters believed{};
-  std::visit(
-      [&](const auto& r) {
-        std::copy_n(r.engine().parameters(), kMaxParameters, believed.values.begin());
-        r.engine().deviations(believed.deviations.data());
-      },
-      runner);
+  std::copy_n(contender.parameters(), kMaxParameters, believed.values.begin());
+  contender.deviations(believed.deviations.data());
   return believed;
 }
 
@@ -102,38 +53,6 @@ std::string_view name_of(Status status) {
   return kNames[static_cast<int>(status)];
 }
 
-constexpr std::string_view kAdaptive = "adaptive";
-
-bool is_adaptive(std::string_view filter) { return filter.starts_with(kAdaptive); }
-
-std::string_view kind_of(std::string_view filter) {
-  if (!is_adaptive(filter)) return filter;
-  filter.remove_prefix(kAdaptive.size());
-  if (filter.empty()) return names_of(Filters<PublishedShape>()).front();
-  filter.remove_prefix(1);  // the underscore
-  return filter;
-}
-
-std::vector<std::string> filter_names() {
-  const std::vector<std::string_view> kinds = names_of(Filters<PublishedShape>());
-  std::vector<std::string> names(kinds.begin(), kinds.end());
-  names.emplace_back(kAdaptive);
-  for (std::size_t i = 1; i < kinds.size(); ++i)
-    names.push_back(fmt::format("{}_{}", kAdaptive, kinds[i]));
-  return names;
-}
-
-std::vector<std::string> smoothing_filter_names() {
-  const std::vector<std::string_view> names = names_of(SmoothingFilters<PublishedShape>());
-  return {names.begin(), names.end()};
-}
-
-std::string find_filter(std::string_view name) {
-  const std::vector<std::string> names = filter_names();
-  if (std::ranges::find(names, name) != names.end()) return std::string(name);
-  throw InputError(fmt::format("unknown filter '{}'; known are: {}", name, fmt::join(names, ", ")));
-}
-
 /// Samples that are kept for a second look: 4 s at 2 kHz.
 constexpr std::size_t kMostBeginning = 8192;
 /// s, watched, before the second look, unless so many samples come sooner: the longer it is, the
@@ -141,7 +60,7 @@ constexpr std::size_t kMostBeginning = 8192;
 /// too much to be thrown away.
 constexpr double kLookBackS = 3.0;
 
-/// Runners of the race that look again.
+/// Those of the race that look again.
 constexpr std::size_t kFinalists = 2;
 /// Nats by which a rival of the leader may be less likely since the second look.
 constexpr double kLessLikely = 12.0;
@@ -156,20 +75,21 @@ struct Session::State {
   Estimate step(const Sample& sample);
   Estimate pass_over(const Sample& sample) const;
   Sample usable(Sample sample);
-  void report(const AnyRunner& leader);
+  void report(const Contender& leader);
   bool leaves_start() const;
   double unsettled(int k, double sd) const;
-  double spread(const AnyRunner& leader, int k) const;
+  double spread(const Contender& leader, int k) const;
   void decide();
   void end_race();
   void look_back();
   void give_up_rivals(double watched);
   bool agree(const BelievedParameters& a, const BelievedParameters& b) const;
-  bool is_hardly_told(const AnyRunner& runner, int k) const;
-  bool is_told_anything(const AnyRunner& runner) const;
-  std::size_t most_runners() const;
+  bool is_hardly_told(const Contender& contender, int k) const;
+  bool is_told_anything(const Contender& contender) const;
+  void leave(std::size_t count);
+  std::size_t most_contenders() const;
   void keep(const Sample& sample);
-  const AnyRunner& leader() const;
+  const Contender& leader() const;
   template <class Visit>
   void visit_all(const Visit& visit);
   const Moment& moment() const;
@@ -184,8 +104,8 @@ struct Session::State {
   Model model;
   FreeCoordinates coordinates;
   EstimatorSettings settings;
-  std::vector<AnyRunner> runners;
-  std::optional<AnyRunner> doubter;  // of the noise that was learnt; never leads
+  std::vector<std::unique_ptr<Contender>> contenders;  // at least one
+  std::unique_ptr<Contender> doubter;  // if any: of the noise that was learnt; never leads
   bool raced = false;
   std::array<std::size_t, kFinalists> finalists{};  // the race's best, positions in starts_of
   std::optional<double> last_time;  // s, session's, of the last sample that was taken
@@ -218,67 +138,62 @@ Session::State::State(const Model& m, const EstimatorSettings& s)
   if (s.adaptation.least > s.adaptation.most)
     throw InputError(fmt::format("adaptation: least, {}, is above most, {}", s.adaptation.least,
                                  s.adaptation.most));
-  runners.reserve(most_runners());
   std::vector<int> held;
   if (settings.belief) held = held_shapes(model, *settings.belief);
   for (const Start& start : starts_of(model, settings.race)) {
-    runners.push_back(make_runner(model, coordinates, settings));
-    std::visit(
-        [&](auto& r) {
-          r.engine().believe_parameters(start.values);
-          r.engine().begin_at(start.places);
-          if (settings.belief) r.engine().go_on_from(*settings.belief, held);
-        },
-        runners.back());
+    contenders.push_back(make_contender(model, coordinates, settings));
+    contenders.back()->begin(start);
+    if (settings.belief) contenders.back()->go_on_from(*settings.belief, held);
   }
-  raced = runners.size() == 1;
+  raced = contenders.size() == 1;
   if (learns_noise(settings) && !settings.belief) {
     beginning.reserve(kMostBeginning);
     keeps_beginning = true;
   }
   values.resize(model.states.size() + coordinates.size());
   deviations.resize(values.size());
-  std::visit(
-      [&](const auto& r) {
-        for (int k = 0; k < coordinates.size(); ++k)
-          first_variances.push_back(r.engine().free_variance(k));
-        first_deviations.resize(coordinates.size());
-        r.engine().deviations(first_deviations.data());
-      },
-      runners.front());
-  report(runners.front());
+  const Contender& first = *contenders.front();
+  for (int k = 0; k < coordinates.size(); ++k) first_variances.push_back(first.free_variance(k));
+  first_deviations.resize(coordinates.size());
+  first.deviations(first_deviations.data());
+  report(first);
 }
 
 /// How many there may be at a time.
-std::size_t Session::State::most_runners() const {
+std::size_t Session::State::most_contenders() const {
   return std::max(starts_of(model, settings.race).size(),
                   kFinalists + settings.race.starts.size() - 1);
 }
 
-/// Ends the race once its time is over: the likeliest runner goes on, and later looks at the
+/// Of the contenders the first ones.
+void Session::State::leave(std::size_t count) {
+  contenders.erase(contenders.begin() + static_cast<std::ptrdiff_t>(count), contenders.end());
+}
+
+/// Ends the race once its time is over: the likeliest contender goes on, and later looks at the
 /// beginning again, beside rivals until these are given up.
 void Session::State::decide() {
   const double watched = moment().watched;
   if (watched < settings.race.duration_s) return;
   if (!raced) end_race();
   if (watched >= kLookBackS || beginning.size() == kMostBeginning) look_back();
-  if ((runners.size() > 1 || doubter) && !keeps_beginning) give_up_rivals(watched);
+  if ((contenders.size() > 1 || doubter) && !keeps_beginning) give_up_rivals(watched);
 }
 
 /// Leaves the likeliest of all, and the next one where it may look again.
 void Session::State::end_race() {
   const std::size_t count = keeps_beginning ? kFinalists : 1;
-  std::vector<std::size_t> start(runners.size());
+  std::vector<std::size_t> start(contenders.size());
   std::iota(start.begin(), start.end(), std::size_t{0});
   for (std::size_t i = 0; i < count; ++i) {
-    const auto best = std::ranges::max_element(std::span(runners).subspan(i), {}, log_likelihood);
-    const std::size_t at =
-        i + static_cast<std::size_t>(best - std::span(runners).subspan(i).begin());
-    std::swap(runners[i], runners[at]);
+    const auto rest = std::span(contenders).subspan(i);
+    const auto best = std::ranges::max_element(rest, {}, log_likelihood);
+    const std::size_t at = i + static_cast<std::size_t>(best - rest.begin());
+    std::swap(contenders[i], contenders[at]);
     std::swap(start[i], start[at]);
     finalists[i] = start[i];
   }
-  runners.resize(count, runners.front());
+  leave(count);
   raced = true;
 }
 
@@ -293,27 +208,28 @@ void Session::State::end_race() {
 /// tell how much hangs on it.
 void Session::State::look_back() {
   if (beginning.empty()) return;
-  if (!std::visit([](const auto& r) { return r.engine().has_learnt(); }, runners.front())) {
-    if (runners.size() > 1) runners.resize(1, runners.front());
+  if (!contenders.front()->noise().known) {
+    leave(1);
     return;
   }
-  const AnyRunner first = runners.front();
+  const std::vector<std::unique_ptr<Contender>> raced_so_far = std::exchange(contenders, {});
+  const Contender& first = *raced_so_far.front();
   const std::vector<Start> starts = starts_of(model, settings.race);
-  const auto with_parameters_of = [&](const AnyRunner& runner) {
+  const auto with_parameters_of = [&](const Contender& contender) {
     Model found = model;
-    const BelievedParameters believed = parameters_of(runner);
+    const BelievedParameters believed = parameters_of(contender);
     for (std::size_t i = 0; i < found.parameters.size(); ++i)
       found.parameters[i].value = believed.values[i];
     return found;
   };
   const auto look = [&](const std::vector<double>& from, std::size_t finalist, double part = 1.0) {
-    return second_look(first, {from, starts[finalists[finalist]].places}, beginning, part);
+    return first.second_look({from, starts[finalists[finalist]].places}, beginning, part);
   };
-  for (std::size_t i = 0; i < runners.size(); ++i)
-    runners[i] = look(with_parameters_of(runners[i]).values(), i);
+  for (std::size_t i = 0; i < raced_so_far.size(); ++i)
+    contenders.push_back(look(with_parameters_of(*raced_so_far[i]).values(), i));
   for (const StartFactors& factors : settings.race.starts)
     if (!factors.empty())
-      runners.push_back(look(start_values(with_parameters_of(first), factors), 0));
+      contenders.push_back(look(start_values(with_parameters_of(first), factors), 0));
   doubter = look(with_parameters_of(first).values(), 0, kDoubtedPart);
   beginning.clear();
   keeps_beginning = false;
@@ -332,17 +248,13 @@ bool Session::State::agree(const BelievedParameters& a, const BelievedParameters
 
 /// Whether the samples have told hardly anything of an unknown. A share of inertia is told where
 /// its own deviation is, though its coordinate holds another mass' as well.
-bool Session::State::is_hardly_told(const AnyRunner& runner, int k) const {
+bool Session::State::is_hardly_told(const Contender& contender, int k) const {
   constexpr double kLeft = 0.7;  // of the deviation: half of the variance
-  return std::visit(
-      [&](const auto& r) {
-        if (!(r.engine().free_variance(k) > kLeft * kLeft * first_variances[k])) return false;
-        if (model.parameters[coordinates.unknowns()[k]].upper == kUnbounded) return true;
-        std::array<double, kMaxParameters> sd;
-        r.engine().deviations(sd.data());
-        return sd[k] > kLeft * first_deviations[k];
-      },
-      runner);
+  if (!(contender.free_variance(k) > kLeft * kLeft * first_variances[k])) return false;
+  if (model.parameters[coordinates.unknowns()[k]].upper == kUnbounded) return true;
+  std::array<double, kMaxParameters> sd;
+  contender.deviations(sd.data());
+  return sd[k] > kLeft * first_deviations[k];
 }
 
 /// Whether it still leaves the start values, which it will look at again.
@@ -365,50 +277,47 @@ double Session::State::unsettled(int k, double sd) const {
 /// less, the less likely it is, down to where it is given up. What little motion tells, as slow
 /// motion does of masses and springs, several arms explain nearly as well, and each is too sure of
 /// its own.
-double Session::State::spread(const AnyRunner& leader, int k) const {
-  if (!raced || keeps_beginning || (runners.size() == 1 && !doubter)) return 0.0;
-  const auto value = [&](const AnyRunner& runner) {
-    return std::visit(
-        [&](const auto& r) { return r.engine().parameters()[coordinates.unknowns()[k]]; }, runner);
-  };
+double Session::State::spread(const Contender& leader, int k) const {
+  if (!raced || keeps_beginning || (contenders.size() == 1 && !doubter)) return 0.0;
+  const auto value = [&](const Contender& c) { return c.parameters()[coordinates.unknowns()[k]]; };
   const double its = value(leader);
-  const auto weight = [&](const AnyRunner& runner) {
-    const double behind = log_likelihood(leader) - log_likelihood(runner);
+  const auto weight = [&](const Contender& contender) {
+    const double behind = leader.log_likelihood() - contender.log_likelihood();
     return std::exp(-std::max(0.0, behind) / kLessLikely);
   };
-  const auto apart = [&](const AnyRunner& runner) {
-    const double difference = value(runner) - its;
-    return weight(runner) * difference * difference;
+  const auto apart = [&](const Contender& contender) {
+    const double difference = value(contender) - its;
+    return weight(contender) * difference * difference;
   };
   double sum = 0.0;
   double weights = 0.0;
-  for (const AnyRunner& runner : runners) {
-    sum += apart(runner);
-    weights += weight(runner);
+  for (const auto& contender : contenders) {
+    sum += apart(*contender);
+    weights += weight(*contender);
   }
   return std::sqrt(sum / weights + (doubter ? apart(*doubter) : 0.0));
 }
 
-bool Session::State::is_told_anything(const AnyRunner& runner) const {
+bool Session::State::is_told_anything(const Contender& contender) const {
   for (int k = 0; k < coordinates.size(); ++k)
-    if (!is_hardly_told(runner, k)) return true;
+    if (!is_hardly_told(contender, k)) return true;
   return false;
 }
 
 /// The likeliest leads. Rivals that are much less likely or have come to the same arm are given up,
 /// and all of them where the samples tell of no unknown which arm it is.
 void Session::State::give_up_rivals(double watched) {
-  const auto likeliest = std::ranges::max_element(runners, {}, log_likelihood);
-  if (likeliest != runners.begin()) std::iter_swap(runners.begin(), likeliest);
-  const AnyRunner& leader = runners.front();
+  std::iter_swap(contenders.begin(), std::ranges::max_element(contenders, {}, log_likelihood));
+  const Contender& leader = *contenders.front();
   const bool over = watched > kRivalsS || !is_told_anything(leader);
-  const double least = log_likelihood(leader) - kLessLikely;
+  const double least = leader.log_likelihood() - kLessLikely;
   const BelievedParameters arm = parameters_of(leader);
-  const auto hopeless = [&](const AnyRunner& rival) {
-    return over || log_likelihood(rival) < least || agree(arm, parameters_of(rival));
+  const auto hopeless = [&](const std::unique_ptr<Contender>& rival) {
+    return over || rival->log_likelihood() < least || agree(arm, parameters_of(*rival));
   };
-  runners.erase(std::remove_if(runners.begin() + 1, runners.end(), hopeless), runners.end());
-  if (doubter && hopeless(*doubter)) doubter.reset();
+  contenders.erase(std::remove_if(contenders.begin() + 1, contenders.end(), hopeless),
+                   contenders.end());
+  if (doubter && hopeless(doubter)) doubter.reset();
 }
 
 /// What becomes of a sample whose time cannot be: nothing.
@@ -453,12 +362,8 @@ Sample Session::State::usable(Sample sample) {
 /// at again.
 void Session::State::keep(const Sample& sample) {
   if (!keeps_beginning) return;
-  std::visit(
-      [&](const auto& r) {
-        if (r.moment().at_rest && r.still() + 1 >= static_cast<int>(beginning.size()))
-          beginning.clear();
-      },
-      runners.front());
+  if (moment().at_rest && contenders.front()->still() + 1 >= static_cast<int>(beginning.size()))
+    beginning.clear();
   if (beginning.size() == kMostBeginning) {
     keeps_beginning = false;
     beginning.clear();
@@ -473,18 +378,15 @@ Estimate Session::State::step(const Sample& raw) {
   const Sample sample = usable(raw);
   keep(sample);
   Estimate estimate{};
-  const AnyRunner* leader = nullptr;
-  for (AnyRunner& runner : runners) {
-    std::visit(
-        [&](auto& r) {
-          const RunnerStep step = r.step(sample);
-          if (leader != nullptr && r.log_likelihood() <= log_likelihood(*leader)) return;
-          leader = &runner;
-          estimate = step.estimate(raw);
-        },
-        runner);
+  const Contender* leader = nullptr;
+  for (const auto& contender : contenders) {
+    const Estimate its = contender->step(sample);
+    if (leader != nullptr && contender->log_likelihood() <= leader->log_likelihood()) continue;
+    leader = contender.get();
+    estimate = its;
   }
-  if (doubter) std::visit([&](auto& r) { r.step(sample); }, *doubter);
+  estimate.sample = raw;
+  if (doubter) doubter->step(sample);
   report(*leader);
   as_measured(estimate);
   if (estimate.status == Status::kMissing && !std::isnan(raw.y))
@@ -504,64 +406,58 @@ void Session::State::as_measured(Estimate& e) const {
 }
 
 /// When the last sample came.
-const Moment& Session::State::moment() const {
-  return std::visit([](const auto& r) -> const Moment& { return r.moment(); }, runners.front());
-}
+const Moment& Session::State::moment() const { return contenders.front()->moment(); }
 
 /// The likeliest of those that still race.
-const AnyRunner& Session::State::leader() const {
-  return *std::ranges::max_element(runners, {}, log_likelihood);
+const Contender& Session::State::leader() const {
+  return **std::ranges::max_element(contenders, {}, log_likelihood);
 }
 
 template <class Visit>
 void Session::State::visit_all(const Visit& visit) {
-  for (AnyRunner& runner : runners) std::visit(visit, runner);
-  if (doubter) std::visit(visit, *doubter);
+  for (const auto& contender : contenders) visit(*contender);
+  if (doubter) visit(*doubter);
 }
 
 /// Writes the leader's belief in physical terms. While start values are being left, what a state
 /// has of the unknowns (each as if it were alone) is as much wider as they are.
-void Session::State::report(const AnyRunner& leader) {
-  std::visit(
-      [&](const auto& runner) {
-        const auto& engine = runner.engine();
-        const auto& filter = engine.filter();
-        const int own = static_cast<int>(model.states.size());
-        for (int i = 0; i < own; ++i) {
-          values[i] = filter.mean()[i];
-          deviations[i] = filter.deviation(i);
-        }
-        engine.deviations(deviations.data() + own);
-        const bool states_too = leaves_start();
-        const int first = filter.shape().states();
-        Widening widening;
-        for (int k = 0; k < coordinates.size(); ++k) {
-          values[own + k] = engine.parameters()[coordinates.unknowns()[k]];
-          const double factor = unsettled(k, deviations[own + k]);
-          if (states_too) widening.add(factor, filter.covariance(first + k, first + k));
-          deviations[own + k] = std::hypot(factor * deviations[own + k], spread(leader, k));
-        }
-        for (int i = 0; i < own && states_too; ++i)
-          deviations[i] = std::sqrt(widening.variance(
-              filter.covariance(i, i), [&](int k) { return filter.covariance(i, first + k); }));
-      },
-      leader);
+void Session::State::report(const Contender& leader) {
+  const std::size_t own = model.states.size();
+  const std::span<double> sd = std::span(deviations).first(own);
+  leader.states(std::span(values).first(own), sd);
+  leader.deviations(deviations.data() + own);
+  const bool states_too = leaves_start();
+  const int first = leader.first_unknown();
+  Widening widening;
+  for (int k = 0; k < coordinates.size(); ++k) {
+    const std::size_t at = own + static_cast<std::size_t>(k);
+    values[at] = leader.parameters()[coordinates.unknowns()[k]];
+    const double factor = unsettled(k, deviations[at]);
+    if (states_too) widening.add(factor, leader.covariance_of_rows(first + k, first + k));
+    deviations[at] = std::hypot(factor * deviations[at], spread(leader, k));
+  }
+  for (int i = 0; i < static_cast<int>(own) && states_too; ++i)
+    sd[i] = std::sqrt(widening.variance(leader.covariance_of_rows(i, i), [&](int k) {
+      return leader.covariance_of_rows(i, first + k);
+    }));
 }
 
 template <class Archive>
 void Session::State::archive(Archive& archive) {
-  std::uint64_t running = runners.size();
+  std::uint64_t running = contenders.size();
   archive(running);
   if constexpr (Archive::kLoads) {
-    if (running == 0 || running > most_runners())
-      throw InputError(fmt::format("has {} filters, where there are {}", running, most_runners()));
-    runners.resize(running, runners.front());
+    if (running == 0 || running > most_contenders())
+      throw InputError(
+          fmt::format("has {} filters, where there are {}", running, most_contenders()));
+    leave(std::min<std::size_t>(running, contenders.size()));
+    while (contenders.size() < running) contenders.push_back(contenders.front()->anew());
   }
-  for (AnyRunner& runner : runners) std::visit([&](auto& r) { archive(r); }, runner);
-  bool doubts = doubter.has_value();
+  for (const auto& contender : contenders) contender->archive(archive);
+  bool doubts = doubter != nullptr;
   archive(doubts);
-  if constexpr (Archive::kLoads) doubter = doubts ? std::optional(runners.front()) : std::nullopt;
-  if (doubter) std::visit([&](auto& r) { archive(r); }, *doubter);
+  if constexpr (Archive::kLoads) doubter = doubts ? contenders.front()->anew() : nullptr;
+  if (doubter) doubter->archive(archive);
   archive(beginning, keeps_beginning);
   if (beginning.size() > kMostBeginning)
     throw InputError("keeps a longer beginning than there may be");
@@ -614,7 +510,7 @@ bool Session::may_change_its_mind() const {
   constexpr double kSettledS = 1.0;
   const double watched = state_->moment().watched;
   if (state_->settings.belief) return false;
-  if (state_->runners.size() > 1) return true;
+  if (state_->contenders.size() > 1) return true;
   if (watched >= kLookBackS + kSettledS) return false;
   return noise().known || (state_->keeps_beginning && watched < kLookBackS);
 }
@@ -637,15 +533,10 @@ std::vector<double> Session::parameter_deviations() const {
   return sd;
 }
 
-template <class Visit>
-void Session::visit_leader(const Visit& visit) const {
-  std::visit([&](const auto& runner) { visit(runner.engine()); }, state_->leader());
-}
-
 std::vector<double> Session::model_deviations() const {
   const FreeCoordinates& coordinates = state_->coordinates;
   std::vector<double> of_unknowns(coordinates.size());
-  visit_leader([&](const auto& engine) { engine.model_deviations(of_unknowns.data()); });
+  state_->leader().model_deviations(of_unknowns.data());
   std::vector<double> sd(state_->model.parameters.size(), 0.0);
   for (int k = 0; k < coordinates.size(); ++k) sd[coordinates.unknowns()[k]] = of_unknowns[k];
   return sd;
@@ -658,16 +549,15 @@ SquareMatrix Session::parameter_covariance() const {
 }
 
 void Session::covariance_into(SquareMatrix& covariance) const {
-  visit_leader([&](const auto& engine) {
-    std::array<double, kMaxParameters> factor;
-    for (int i = 0; i < covariance.size(); ++i) {
-      const double sd = std::sqrt(engine.covariance(i, i));
-      factor[i] = sd > 0.0 ? state_->deviations[state_->model.states.size() + i] / sd : 1.0;
-    }
-    for (int i = 0; i < covariance.size(); ++i)
-      for (int j = 0; j <= i; ++j)  // the other half would differ by rounding
-        covariance(i, j) = covariance(j, i) = factor[i] * factor[j] * engine.covariance(i, j);
-  });
+  const Contender& leader = state_->leader();
+  std::array<double, kMaxParameters> factor;
+  for (int i = 0; i < covariance.size(); ++i) {
+    const double sd = std::sqrt(leader.covariance(i, i));
+    factor[i] = sd > 0.0 ? state_->deviations[state_->model.states.size() + i] / sd : 1.0;
+  }
+  for (int i = 0; i < covariance.size(); ++i)
+    for (int j = 0; j <= i; ++j)  // the other half would differ by rounding
+      covariance(i, j) = covariance(j, i) = factor[i] * factor[j] * leader.covariance(i, j);
 }
 
 std::vector<std::string> Session::hardly_told() const {
@@ -708,34 +598,15 @@ void Session::believe(const std::vector<double>& values, const ParameterBelief& 
     if (Parameter& p = state_->model.parameters[i]; p.known) p.value = values[i];
   state_->coordinates.take_known(values);
   state_->wiring = condition;
-  state_->visit_all([&](auto& r) {
-    r.engine().believe_parameters(values);
-    r.engine().believe(belief);
-  });
+  state_->visit_all([&](Contender& c) { c.believe(values, belief); });
 }
 
 void Session::begin_noise_anew() {
-  state_->visit_all([](auto& r) { r.engine().begin_noise_anew(); });
+  state_->visit_all([](Contender& c) { c.begin_noise_anew(); });
 }
 
 const Condition& Session::condition() const { return state_->wiring; }
 
-LearntNoise Session::noise() const {
-  LearntNoise found;
-  visit_leader([&](const auto& engine) {
-    found.sought = engine.has_sought();
-    found.known = engine.has_learnt();
-    found.sample_s = engine.usual_dt();
-    found.not_noise = engine.not_noise();
-    if (!found.known) return;
-    const ColouredNoise torque = engine.torque_noise();
-    const ColouredNoise& sensor = engine.noise().sensor;
-    found.torque_sd = torque.sd;
-    found.torque_pole = torque.pole;
-    found.sensor_sd = sensor.sd;
-    found.sensor_pole = sensor.pole;
-  });
-  return found;
-}
+LearntNoise Session::noise() const { return state_->leader().noise(); }
 
 }  // namespace armukf

@@ -33,7 +33,8 @@ struct Estimate {
 };
 
 /// A recursive estimate of states and unknown parameters: a sample in, what is believed out.
-/// After the first step nothing is allocated.
+/// Nothing is allocated per sample: only once more, when the start has been decided and the
+/// beginning is looked at again.
 class Session {
  public:
   Session(const Model& model, const EstimatorSettings& settings);
@@ -124,8 +125,6 @@ class Session {
 
  private:
   struct State;
-  template <class Visit>
-  void visit_leader(const Visit& visit) const;
   void covariance_into(SquareMatrix& covariance) const;
 
   std::unique_ptr<State> state_;
