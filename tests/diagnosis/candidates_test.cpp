@@ -183,6 +183,37 @@ TEST(Contest, FitsEffectsAtOnceThatHideEachOther) {
         << single.trial.effect;
 }
 
+/// Whatever was said of the first alone, the two are judged by what is left without either.
+TEST(PairsBeside, AreOfAnEffectAndOfWhatGoesBestWithIt) {
+  Model plant = published_estimate();
+  plant.add_effect("torque_bias");
+  plant.add_effect("drive_lag");
+  plant.parameter("torque_bias").value = 0.5;
+  plant.parameter("drive_lag_time").value = 0.004;
+  const TraceRecords records = trace_records(
+      {simulate_experiment(plant, {.samples = 6000, .sensor_noise = 0.1}).record}, {}, {}, 0.05);
+  const AcceptanceSettings settings;
+  const Explained now = bases_of(published_arm(), published_estimate(), records).best;
+  const Trial bias = trials_of("torque_bias", now.fit.model, {}).front();
+  const Model from = with_values(bias.model, now.fit.model);
+  Looks looks = looks_of({bias});
+  const Refit first =
+      refitted(bias, from, extended(now.fit.x0, from), now, looks, records, settings);
+  std::vector<Trial> trials;
+  for (const char* effect : {"drive_lag", "arm_stiffness_cubic", "gear_damping_quadratic"})
+    for (Trial& trial : trials_of(effect, first.explained.fit.model, {}))
+      trials.push_back(std::move(trial));
+  looks.merge(looks_of(trials));
+  const std::vector<Refit> pairs = pairs_beside(first, now, trials, looks, records, settings);
+  const Refit* best = best_found(pairs);
+  ASSERT_NE(best, nullptr);
+  EXPECT_EQ(best->trial.effect, "drive_lag");
+  EXPECT_EQ(best->trial.beside->effect, "torque_bias");
+  const Model& model = best->explained.fit.model;
+  EXPECT_NEAR(model.parameter("torque_bias").value, 0.5, 0.1);
+  EXPECT_NEAR(model.parameter("drive_lag_time").value, 0.004, 0.0004);
+}
+
 /// A refit that counts as found: by how much less it errs at each horizon.
 Refit helping(Horizon shows_at, std::array<double, 4> help) {
   Witness witness{"all", {}, {}};

@@ -249,12 +249,12 @@ TEST(Absorbed, ACurveOfTheTorqueIsNoBias) {
 
 TEST(ErrorSoFar, IsThatOfTheBlocksByWhatForetellsThem) {
   Unfinished found(biased(), {"torque_bias"});
-  const double with = error_so_far(found.now, found.records);
+  const double with = error_so_far(found.now, found.records).mse;
   EXPECT_NEAR(with / judged(plain(found.now, found.records), found.records).mse, 1.0, 0.3);
   const Unfinished none(biased(), {});
-  EXPECT_GT(error_so_far(none.now, none.records), with);
+  EXPECT_GT(error_so_far(none.now, none.records).mse, with);
   found.records.validation = {noisy_record(biased(), 3000, 0.05, 0.3, 8)};
-  EXPECT_DOUBLE_EQ(error_so_far(found.now, found.records),
+  EXPECT_DOUBLE_EQ(error_so_far(found.now, found.records).mse,
                    judged(plain(found.now, found.records), found.records).mse);
 }
 

@@ -9,7 +9,9 @@
 
 #include "armukf/batch/experiment.hpp"
 #include "armukf/batch/prediction.hpp"
+#include "armukf/batch/simulation.hpp"
 #include "armukf/diagnosis/trace_records.hpp"
+#include "armukf/model/cycles.hpp"
 #include "armukf/model/plant.hpp"
 
 namespace armukf {
@@ -139,6 +141,31 @@ TEST(ForesightErrors, AreThoseOfTheNoiseForTheTruth) {
   other.parameter("k_a").value *= 1.5;
   EXPECT_GT(foresight_errors(other, states_before(other, pieces, {}), pieces, {}).level(),
             errors.level() + 1.0);
+}
+
+/// At rest gravity above the joint pulls as little as below it; a load behind a gear has turned
+/// from one to the other only long after the first second.
+TEST(StatesBefore, LookAtAsMuchAsTellsWhereASlowAngleBegins) {
+  constexpr int kRest = 2400;  // samples
+  constexpr double kInterval = 0.0005;
+  for (const double turns : {0.0, 0.5}) {
+    Model truth = published_estimate();
+    truth.add_effect("gravity");
+    truth.parameter("gravity").value = 0.5;
+    truth.parameter("gravity_ratio").value = 20.0;
+    const Cycle cycle = cycles_of(truth).front();
+    std::vector<double> x0(truth.states.size(), 0.0);
+    x0[cycle.state] = turns * cycle.period;
+    Record record = record_of(published_estimate(), 12000);
+    for (Sample& sample : record.samples) sample.t += kRest * kInterval;
+    std::vector<Sample> rest(kRest);
+    for (int k = 0; k < kRest; ++k) rest[k].t = record.samples.front().t - (kRest - k) * kInterval;
+    record.samples.insert(record.samples.begin(), rest.begin(), rest.end());
+    const std::vector<double> y = simulate(truth, x0, record.samples, {}, Angles::kSimulated);
+    for (std::size_t k = 0; k < y.size(); ++k) record.samples[k].y = y[k];
+    const double found = states_before(truth, {record}, {})[0][cycle.state] / cycle.period;
+    EXPECT_LE(std::abs(std::remainder(found - turns, 1.0)), 1.0 / 16) << turns;
+  }
 }
 
 TEST(Blocks, AreEighthsOfAllPieces) {

@@ -30,12 +30,6 @@ double value_of(const Dual<N, Gradient>& x) {
   return x.value;
 }
 
-/// How far (rad) the motor turned, as measured, from sample k - 1 to k; NaN where a speed is
-/// missing.
-inline double turn_before(const std::vector<Sample>& samples, std::size_t k) {
-  return 0.5 * (samples[k - 1].y + samples[k].y) * (samples[k].t - samples[k - 1].t);
-}
-
 /// Moves the angles of x from what they were by the measured turn (rad) instead of the simulated
 /// one: a simulated angle would drift away from whatever repeats with it.
 template <class T, std::size_t States>

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,12 @@ struct Sample {
     archive(t, u, y);
   }
 };
+
+/// How far (rad) the motor turned, as measured, from sample k - 1 to k; NaN where a speed is
+/// missing.
+inline double turn_before(const std::vector<Sample>& samples, std::size_t k) {
+  return 0.5 * (samples[k - 1].y + samples[k].y) * (samples[k].t - samples[k - 1].t);
+}
 
 /// A whole record, in order of time.
 struct Record {

@@ -102,12 +102,16 @@ double Evidence::merit(Horizon horizon) const {
   return std::isfinite(sum) ? sum : -kInfinite;
 }
 
-std::string against_simulation(double without, double with, std::string_view what,
-                               const AcceptanceSettings& s) {
-  if (with <= (1.0 + s.most_harm_of_one) * without) return "";
-  if (!std::isfinite(with)) return fmt::format("makes the simulation of {} run away", what);
+std::string against_simulation(const SimulationError& without, const SimulationError& with,
+                               std::string_view what, double help, const AcceptanceSettings& s) {
+  if (with.mse <= (1.0 + s.most_harm_of_one) * without.mse) return "";
+  if (!std::isfinite(with.mse)) return fmt::format("makes the simulation of {} run away", what);
+  int parts_better = 0;
+  for (int i = 0; i < SimulationError::kParts; ++i)
+    if (with.parts[i] < without.parts[i]) ++parts_better;
+  if (help >= s.plain_help && 2 * parts_better > SimulationError::kParts) return "";
   return fmt::format("makes the simulation of {} worse by {:.0f} %", what,
-                     100.0 * (with / without - 1.0));
+                     100.0 * (with.mse / without.mse - 1.0));
 }
 
 Horizon shows_at(const Evidence& e, const AcceptanceSettings& s) {

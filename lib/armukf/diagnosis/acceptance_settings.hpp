@@ -23,6 +23,11 @@ struct AcceptanceSettings {
   /// were found on the records of two independent plants seven raised that error: five that were
   /// not there, by up to 81 %, and two that initial states had misled then.
   double most_harm_of_one = 0.03;
+  /// To the error of predictions, of what a simulation speaks against by most of its parts only.
+  double plain_help = 0.3;
+  /// To the error of predictions at some horizon, of what is refused since it makes others worse:
+  /// something else may be missing as well, which is then looked for beside it.
+  double half_help = 0.15;
   /// To the simulation of what was not fitted, of the completed model against one with fewer
   /// effects. Of 27 records in which the effects were right it was -99 to +15 %; of three where
   /// they stood in for what the catalogue does not have, +260 to +650 %.

@@ -880,6 +880,30 @@ Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
   return found;
 }
 
+std::vector<Refit> pairs_beside(const Refit& first, const Explained& now,
+                                const std::vector<Trial>& trials, const Looks& looks,
+                                const TraceRecords& records, const AcceptanceSettings& acceptance) {
+  constexpr std::size_t kPairs = 4;
+  const Thinned looked_at = thinned(records.estimation, records.propagation);
+  Explained with = first.explained;
+  const BegunFits begun = begun_fits(trials, {with.fit}, looked_at, with.fit.density);
+  const Contest beside =
+      judged_of(begun.single, looked_at, with, trials, looks, records, acceptance);
+  std::vector<Refit> pairs;
+  for (const Refit& second : beside.refits) {
+    if (pairs.size() == kPairs) break;
+    if (!refusal_by_itself(second.evidence, acceptance).empty()) continue;
+    const std::optional<Trial> both = together(first.trial, second.trial);
+    if (!both) continue;
+    Refit pair;
+    pair.trial = *both;
+    pair.explained = second.explained;
+    judge(now, records, looks, acceptance, pair);
+    pairs.push_back(std::move(pair));
+  }
+  return pairs;
+}
+
 Contest contest_from(const Model& given, Explained& now, const std::vector<Trial>& trials,
                      const Looks& looks, const TraceRecords& records,
                      const AcceptanceSettings& acceptance) {

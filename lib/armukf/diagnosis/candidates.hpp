@@ -113,6 +113,13 @@ struct Contest {
   bool better_minimum = false;      // of the model without them was come upon
 };
 
+/// Pairs of an effect that was refused on top of the model as it stands, and of what goes best with
+/// it: it may be refused since something else is missing as well. trials: of the model with the
+/// first; looks: at either.
+std::vector<Refit> pairs_beside(const Refit& first, const Explained& now,
+                                const std::vector<Trial>& trials, const Looks& looks,
+                                const TraceRecords& records, const AcceptanceSettings& acceptance);
+
 /// Tries every effect that there is a trial of on top of each base, from where score tests suggest,
 /// a few iterations; goes on with the better ones, and judges the most promising. So it does with
 /// pairs of effects that hide each other, as score tests tell. now: what is to be surpassed; it

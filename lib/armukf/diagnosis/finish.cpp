@@ -29,10 +29,10 @@ std::pair<std::size_t, Explained> least_missed(const Completing& completing,
                                                const Diagnosis& diagnosis, const Explained& now) {
   std::pair<std::size_t, Explained> best{0, explained_without(completing, 0, diagnosis, now)};
   if (diagnosis.effects.size() == 1) return best;
-  double least = error_so_far(best.second, completing.records);
+  double least = error_so_far(best.second, completing.records).mse;
   for (std::size_t i = 1; i < diagnosis.effects.size(); ++i) {
     Explained rest = explained_without(completing, i, diagnosis, now);
-    const double error = error_so_far(rest, completing.records);
+    const double error = error_so_far(rest, completing.records).mse;
     if (!(error < least) && std::isfinite(least)) continue;
     least = error;
     best = {i, std::move(rest)};
@@ -309,13 +309,26 @@ FittedModel with_deviations_by_blocks(const Simulated& simulated, const TraceRec
   return fit;
 }
 
-double error_so_far(const Explained& now, const TraceRecords& records) {
+SimulationError error_of(const FittedModel& judged) {
+  SimulationError error{judged.mse};
+  const std::size_t n = judged.residual.size();
+  std::array<double, SimulationError::kParts> counts{};
+  for (std::size_t k = 0; k < n; ++k) {
+    if (std::isnan(judged.residual[k])) continue;
+    const std::size_t part = k * SimulationError::kParts / n;
+    error.parts[part] += judged.residual[k] * judged.residual[k];
+    counts[part] += 1.0;
+  }
+  for (std::size_t i = 0; i < counts.size(); ++i) error.parts[i] /= std::max(1.0, counts[i]);
+  return error;
+}
+
+SimulationError error_so_far(const Explained& now, const TraceRecords& records) {
   if (records.validation_judges())
-    return placed(now.fit.model, records.validation, records.propagation).mse;
+    return error_of(placed(now.fit.model, records.validation, records.propagation));
   const Blocks blocks = blocks_of(records.estimation);
-  return placed(of_pieces(now.fit.left_out, blocks), blocks.pieces, records.propagation,
-                passed_states(now.fit.model, now.fit.x0, records))
-      .mse;
+  return error_of(placed(of_pieces(now.fit.left_out, blocks), blocks.pieces, records.propagation,
+                         passed_states(now.fit.model, now.fit.x0, records)));
 }
 
 Finished finished(const Completing& completing, const Simulated& without_any,

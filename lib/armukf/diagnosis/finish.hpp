@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "armukf/diagnosis/acceptance.hpp"
 #include "armukf/diagnosis/acceptance_settings.hpp"
 #include "armukf/diagnosis/base_fit.hpp"
 #include "armukf/diagnosis/candidates.hpp"
@@ -59,7 +60,10 @@ FittedModel with_deviations_by_blocks(const Simulated& simulated, const TraceRec
 
 /// (rad/s)^2, the error on what judges while effects are still looked for, where no block has a fit
 /// of its own: each by the model that foretells it.
-double error_so_far(const Explained& now, const TraceRecords& records);
+SimulationError error_so_far(const Explained& now, const TraceRecords& records);
+
+/// The same of a simulation that is there.
+SimulationError error_of(const FittedModel& judged);
 
 /// The completed model, without what it turns out to have none of. Where a model with fewer effects
 /// came out far better on what judges, the effects follow something that the catalogue does not

@@ -30,6 +30,26 @@ std::size_t first_that_counts(const Record& piece) {
   return std::min(std::max(count, samples.size() / 10), samples.size() / 2);
 }
 
+/// The first sample that is not needed to tell where angles and phases begin: those before the
+/// first that counts tell it if the motor turns through half of the longest period in them, else as
+/// many as that takes, half of the piece at most. A load behind a gear turns slowly.
+std::size_t first_past_phases(const Model& model, const Record& piece) {
+  double half = 0.0;  // rad
+  for (const Cycle& cycle : cycles_of(model)) half = std::max(half, 0.5 * cycle.period);
+  const std::size_t counts = first_that_counts(piece);
+  double angle = 0.0;
+  double least = 0.0;
+  double most = 0.0;
+  for (std::size_t k = 1; k < piece.samples.size() / 2; ++k) {
+    if (k >= counts && most - least >= half) return k;
+    const double turn = turn_before(piece.samples, k);
+    if (!std::isnan(turn)) angle += turn;
+    least = std::min(least, angle);
+    most = std::max(most, angle);
+  }
+  return std::max(counts, half > 0.0 ? piece.samples.size() / 2 : 0);
+}
+
 StatesOfPieces at_rest(const Model& model, const std::vector<Record>& pieces) {
   StatesOfPieces x0;
   for (const Record& piece : pieces)
@@ -344,8 +364,8 @@ StatesOfPieces states_before(const Model& model, const std::vector<Record>& piec
                              const Propagation& propagation) {
   StatesOfPieces all = at_rest(model, pieces);
   for (std::size_t e = 0; e < pieces.size(); ++e) {
-    const auto settled = static_cast<std::ptrdiff_t>(first_that_counts(pieces[e]));
-    const std::vector<Sample> first(pieces[e].samples.begin(), pieces[e].samples.begin() + settled);
+    const auto told = static_cast<std::ptrdiff_t>(first_past_phases(model, pieces[e]));
+    const std::vector<Sample> first(pieces[e].samples.begin(), pieces[e].samples.begin() + told);
     all[e] = with_best_phases(model, all[e], [&](const std::vector<double>& from) {
       return beginning_error(model, from, first, propagation);
     });

@@ -200,7 +200,7 @@ void weigh_names(const Model& base, const Rivals& rivals, const TraceRecords& re
       Explained then = replaced(rest, likeliest, held_then, records);
       const bool may_stay =
           is_surely_likelier(likeliest, settings)
-              ? does_as_well(error_so_far(then, records), error_so_far(now, records),
+              ? does_as_well(error_so_far(then, records).mse, error_so_far(now, records).mse,
                              settings.most_harm_of_one)
               : as_well(then, now, kNear, !records.validation.empty(), settings.most_harm);
       if (may_stay) {

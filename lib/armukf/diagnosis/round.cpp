@@ -1,12 +1,15 @@
 #include "armukf/diagnosis/round.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <iterator>
 #include <optional>
 #include <utility>
 
+#include "armukf/diagnosis/finish.hpp"
 #include "armukf/diagnosis/naming.hpp"
 #include "armukf/diagnosis/portrait.hpp"
+#include "armukf/diagnosis/suggestions.hpp"
 
 namespace armukf {
 namespace {
@@ -37,6 +40,25 @@ void confirm(std::vector<Refit>& refits, NoiseCheck& noise, const Looks& looks,
       return;
     }
   }
+}
+
+/// What was refused only since it makes something worse, although its size is far beyond chance and
+/// some predictions are much better with it: the surest first, of each effect one.
+std::vector<Refit> half_explained(const Contest& found, const AcceptanceSettings& settings) {
+  constexpr std::size_t kMost = 2;
+  std::vector<Refit> strong;
+  for (const Refit& refit : found.refits) {
+    const Witness& witness = refit.evidence.witnesses.front();
+    const double help = std::max({witness.help(kMiddle), witness.help(kFar), witness.help(kLast)});
+    if (!refit.refusal.empty() && refusal_by_itself(refit.evidence, settings).empty() &&
+        help >= settings.half_help && !is_learnt_law(refit.trial.model.effects.back().effect))
+      strong.push_back(refit);
+  }
+  std::ranges::stable_sort(strong, std::greater{},
+                           [](const Refit& r) { return r.evidence.statistic; });
+  keep_first_of_each(strong, 1, [](const Refit& r) { return r.trial.effect; });
+  if (strong.size() > kMost) strong.erase(strong.begin() + kMost, strong.end());
+  return strong;
 }
 
 }  // namespace
@@ -115,15 +137,34 @@ LookedAt looked_for(const Round& round, Standing& standing) {
   std::ranges::copy(last, std::back_inserter(told));
   std::erase_if(told, [](const Trial& trial) { return !likelihood_tells(trial); });
   add({noise->likelier(told, looks, settings), {}, {}}, found);
-  if (best() != nullptr || given_tried) return all;
+  if (best() != nullptr) return all;
   // Of a torque that noise is to explain the innovations alone do not tell that it goes with the
   // motion.
-  const bool has_found = now.fit.model.effects.size() > round.given.effects.size();
-  if (noise->noise_can_be_all(settings) &&
-      (has_found || portrait(standing.simulated, records.estimation, records.propagation).empty()))
-    return all;
-  from_given();
-  best();
+  const auto is_complete = [&] {
+    const bool has_found = now.fit.model.effects.size() > round.given.effects.size();
+    return noise->noise_can_be_all(settings) &&
+           (has_found ||
+            portrait(standing.simulated, records.estimation, records.propagation).empty());
+  };
+  if (!given_tried && !is_complete()) {
+    from_given();
+    if (best() != nullptr) return all;
+  }
+  if (std::exchange(standing.halves_tried, true)) return all;
+  for (const Refit& half : half_explained(found, settings)) {
+    const Explained& with = half.explained;
+    std::vector<Trial> others = without_set_aside(trials_for(
+        with.fit.model,
+        suggested_by(plain(with, records), with.fit, records.estimation, records.propagation)));
+    for (const auto& [effect, looked_at] : looks_of(others))
+      looks[effect] = std::max(looks[effect], looked_at);
+    add({{},
+         pairs_beside(half, with.fit.density == kSlowDensity ? slow : now, others, looks, records,
+                      settings),
+         {}},
+        found);
+    if (best() != nullptr) return all;
+  }
   return all;
 }
 

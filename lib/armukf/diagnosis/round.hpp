@@ -22,9 +22,10 @@ struct Standing {
   std::vector<ForesightFit> bases;  // what the next effect is tried on top of
   Held held;
   FittedModel simulated;  // to the estimation records
-  double error = 0.0;     // of what judges
+  SimulationError error;  // on what judges
   bool slow_first = false;
   KnownNoise noise = {};
+  bool halves_tried = false;  // what is refused, with what may go with it
 };
 
 /// What a round looks at.

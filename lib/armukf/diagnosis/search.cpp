@@ -105,11 +105,13 @@ Standing with_effect(const Standing& before, const Named& chosen, const Completi
   with.noise = chosen.noise;
   with.noise.hopeless = is_hopeless_as_well(chosen.noise, refit.explained, with.now);
   go_on_from_now(with, records);
-  if (chosen.noise.model && records.validation_judges())  // fitted to it, but not as a simulation
-    with.error = std::min(with.error,
-                          placed(*chosen.noise.model, records.validation, records.propagation).mse);
+  if (chosen.noise.model && records.validation_judges()) {  // fitted to it, not as a simulation
+    const SimulationError error =
+        error_of(placed(*chosen.noise.model, records.validation, records.propagation));
+    if (error.mse < with.error.mse) with.error = error;
+  }
   for (FoundEffect& found : std::span(diagnosis.effects).last(refit.trial.beside ? 2 : 1))
-    found.mse_reduction_percent = 100.0 * (1.0 - with.error / before.error);
+    found.mse_reduction_percent = 100.0 * (1.0 - with.error.mse / before.error.mse);
   return with;
 }
 
@@ -128,11 +130,11 @@ struct Going {
   const Bases& first;
   const Search& search;
 
-  std::string against(const Standing& with) const {
+  std::string against(const Standing& with, const Refit& chosen) const {
     return against_simulation(
         search.standing.error, with.error,
         search.diagnosis.validated ? "the validation record" : "blocks left out of the fit",
-        completing.settings);
+        most_help(chosen.evidence.witnesses.front()), completing.settings);
   }
 };
 
@@ -147,7 +149,7 @@ Step adding(const Refit& best, Contest& found, const Going& going) {
             going.search.diagnosis,
             {}};
   step.standing = with_effect(standing, step.chosen, completing, going.first, step.diagnosis);
-  step.reason = going.against(step.standing);
+  step.reason = going.against(step.standing, best);
   return step;
 }
 
@@ -160,7 +162,7 @@ Step exchanging(Exchange exchange, const Going& going) {
            going.completing.base, step.diagnosis, rest.held);
   step.chosen = {&step.exchange->refit, {}, {}, false};
   step.standing = with_effect(rest, step.chosen, going.completing, going.first, step.diagnosis);
-  step.reason = going.against(step.standing);
+  step.reason = going.against(step.standing, step.exchange->refit);
   return step;
 }
 
@@ -174,7 +176,7 @@ std::optional<Step> in_any_stead(const Refit& refit, const Looks& looks, const G
                                                     effects, going.search.standing.now);
     if (!exchange) continue;
     Step step = exchanging(std::move(*exchange), going);
-    if (step.reason.empty() && (!best || step.standing.error < best->standing.error))
+    if (step.reason.empty() && (!best || step.standing.error.mse < best->standing.error.mse))
       best = std::move(step);
   }
   return best;
@@ -245,7 +247,7 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
     note(found, &chosen, round, step.diagnosis.candidates);
     const std::size_t effects = search.diagnosis.effects.size();
     search.errors.resize(std::max(search.errors.size(), effects + 1), kInfinite);
-    search.errors[effects] = std::min(search.errors[effects], standing.error);
+    search.errors[effects] = std::min(search.errors[effects], standing.error.mse);
     if (is_pair) {
       for (auto& [of, rivals] : rivals_beside(chosen, found.pairs))
         search.to_weigh[of] = std::move(rivals);
