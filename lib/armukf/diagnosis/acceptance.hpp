@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <string>
@@ -20,6 +21,9 @@ struct Witness {
 
   /// Share by which the error falls.
   double help(Horizon horizon) const { return 1.0 - after.all[horizon] / before.all[horizon]; }
+
+  /// The same at the horizon beyond the nearest where it falls most.
+  double most_help() const { return std::max({help(kMiddle), help(kFar), help(kLast)}); }
 
   /// By which its logarithm falls in each block that says anything; a block tells no more than that
   /// the error has halved or doubled, lest one stretch speaks for all.

@@ -47,7 +47,7 @@ std::size_t first_past_phases(const Model& model, const Record& piece) {
     least = std::min(least, angle);
     most = std::max(most, angle);
   }
-  return std::max(counts, half > 0.0 ? piece.samples.size() / 2 : 0);
+  return piece.samples.size() / 2;
 }
 
 StatesOfPieces at_rest(const Model& model, const std::vector<Record>& pieces) {

@@ -48,10 +48,9 @@ std::vector<Refit> half_explained(const Contest& found, const AcceptanceSettings
   constexpr std::size_t kMost = 2;
   std::vector<Refit> strong;
   for (const Refit& refit : found.refits) {
-    const Witness& witness = refit.evidence.witnesses.front();
-    const double help = std::max({witness.help(kMiddle), witness.help(kFar), witness.help(kLast)});
     if (!refit.refusal.empty() && refusal_by_itself(refit.evidence, settings).empty() &&
-        help >= settings.half_help && !is_learnt_law(refit.trial.model.effects.back().effect))
+        refit.evidence.witnesses.front().most_help() >= settings.half_help &&
+        !is_learnt_law(refit.trial.model.effects.back().effect))
       strong.push_back(refit);
   }
   std::ranges::stable_sort(strong, std::greater{},

@@ -22,16 +22,11 @@ constexpr double kMuch = 0.3;       // of the error: lacking that, a fit has ben
 /// errors of a model that is not to be had.
 constexpr int kMostLooks = 3;
 
-/// Share by which the error of predictions falls at the horizon where it falls most.
-double most_help(const Witness& witness) {
-  return std::max({witness.help(kMiddle), witness.help(kFar), witness.help(kLast)});
-}
-
 Candidate candidate_of(const Refit& refit, bool accepted, int round) {
   Candidate candidate;
   candidate.effect = refit.trial.effect;
   candidate.round = round;
-  candidate.help_percent = 100.0 * most_help(refit.evidence.witnesses.front());
+  candidate.help_percent = 100.0 * refit.evidence.witnesses.front().most_help();
   candidate.statistic = refit.evidence.statistic;
   candidate.p_value = refit.evidence.p_value;
   candidate.refitted_estimation = refit.explained.estimation.all[kMiddle];
@@ -98,7 +93,7 @@ Standing with_effect(const Standing& before, const Named& chosen, const Completi
   ForesightFit fit = absorbed(completing, refit.explained.fit, diagnosis, with.held);
   with.slow_first = fit.density == kSlowDensity;
   if (with.slow_first) hold(before.now.fit.model, fit, with.held);
-  const bool bent = most_help(refit.evidence.witnesses.front()) > kMuch;
+  const bool bent = refit.evidence.witnesses.front().most_help() > kMuch;
   std::vector<ForesightFit> bases = bent ? first.restarts : first.minima;
   if (chosen.noise.model) bases.emplace_back().model = *chosen.noise.model;
   with.now = best_explained(fit, bases, records);
@@ -134,7 +129,7 @@ struct Going {
     return against_simulation(
         search.standing.error, with.error,
         search.diagnosis.validated ? "the validation record" : "blocks left out of the fit",
-        most_help(chosen.evidence.witnesses.front()), completing.settings);
+        chosen.evidence.witnesses.front().most_help(), completing.settings);
   }
 };
 

@@ -224,9 +224,6 @@ class Engine {
     return found;
   }
 
-  /// What the belief reckons with; the kick is that of the usual step.
-  const NoisePair& noise() const { return noise_; }
-
   /// Starts anew after the numbers went wrong: states at rest, and the parameters as last believed
   /// (from the start if that is no number), with half the spread that they had at the last start: a
   /// prior that reaches beyond what an arm can be would only fail again. Nobody is told that half:
@@ -315,8 +312,6 @@ class Engine {
   ColouredNoise torque_noise() const {
     return {kick_ > 0.0 ? noise_.kick.sd / kick_ : 0.0, noise_.kick.pole};
   }
-
-  double usual_dt() const { return usual_dt_; }  // s; 0 before it is known
 
   /// Covariance of the physical values of two unknowns, to be believed: that of the belief, widened
   /// where stretches of the samples contradict each other, or what it began with.

@@ -57,17 +57,6 @@ template <class Shape>
 using Filters = TypeList<Chosen<Ukf<Shape>>, Chosen<Ekf<Shape>>, Chosen<SquareRootFilter<Shape>>,
                          Ckf<Shape>, Chosen<IteratedFilter<Shape>>>;
 
-/// What they are made of, each type once: some are others of another spread.
-template <class... Known, class New>
-auto operator|(TypeList<Known...>, std::type_identity<New>)
-    -> std::conditional_t<(std::is_same_v<Known, New> || ...), TypeList<Known...>,
-                          TypeList<Known..., New>>;
-template <class... F>
-auto types_of(TypeList<F...>)
-    -> decltype((TypeList<>() | ... | std::type_identity<typename F::Filter>()));
-template <class Shape>
-using FilterTypes = decltype(types_of(Filters<Shape>()));
-
 /// Those whose beliefs can be smoothed.
 template <class... F>
 auto smoothing(TypeList<F...>)

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "armukf/core/archive.hpp"
 #include "armukf/core/constants.hpp"
