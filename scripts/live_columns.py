@@ -8,7 +8,7 @@ from operator import itemgetter
 STATES = {
     "rad": "twist_gear twist_arm angle_curve_angle gravity_angle speed_ripple_angle torque_ripple_angle "
            "torque_ripple_commanded_angle friction_ripple_angle external_torque_phase external_torque_arm_phase "
-           "gear_stiffness_ripple_angle pose_inertia_angle "
+           "gear_stiffness_ripple_angle transmission_error_angle pose_inertia_angle "
            "mode_motor_deflection mode_gear_deflection mode_arm_deflection gear_relaxation_deflection",
     "rad/s": "speed_motor speed_gear speed_arm sensor_speed sensor_coupling_speed friction_lag_speed mode_motor_speed mode_gear_speed "
              "mode_arm_speed",
@@ -32,11 +32,11 @@ PARAMETERS = {
     "s": "drive_lag_time drive_response_time input_delay payload_time payload_until sensor_lag_time "
          "thermal_friction_time friction_change_time friction_change_until thermal_torque_time thermal_damping_time thermal_heated_time gear_relaxation_time "
          "gear_stiffness_change_time arm_stiffness_change_time friction_lag_time",
-    "rad": "backlash arm_backlash gear_hysteresis_distance presliding_distance gear_spring_curve_range "
+    "rad": "backlash arm_backlash transmission_error gear_hysteresis_distance presliding_distance gear_spring_curve_range "
            "arm_spring_curve_range",
     "rad/s": "friction_curve_range",
     "1/rad": "angle_curve_harmonic speed_ripple_harmonic torque_ripple_harmonic torque_ripple_commanded_harmonic "
-             "friction_ripple_harmonic gear_stiffness_ripple_harmonic pose_inertia_harmonic",
+             "friction_ripple_harmonic gear_stiffness_ripple_harmonic transmission_error_harmonic pose_inertia_harmonic",
     "Hz": "mode_motor_frequency mode_gear_frequency mode_arm_frequency external_torque_frequency "
           "external_torque_arm_frequency sensor_coupling_frequency drive_notch_frequency",
     "–": "a_m a_g load_dependent_friction payload presliding_share speed_ripple thermal_friction torque_gain "

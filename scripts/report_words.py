@@ -37,6 +37,7 @@ PLAIN = {
     "thermal_torque": "a torque constant that changes while the motor warms up",
     "thermal_damping": "gear damping that changes while the grease warms up",
     "gear_stiffness_ripple": "a gear whose stiffness goes with the motor's angle",
+    "transmission_error": "a gear that does not turn quite as its motor",
     "pose_inertia": "an arm whose inertia goes with its pose",
     "arm_backlash": "play where the arm is joined to the gear box",
     "sensor_coupling": "a speed sensor on a coupling that swings",

@@ -203,8 +203,8 @@ TEST_P(InnerEffect, KeepsMomentum) {
 INSTANTIATE_TEST_SUITE_P(Catalogue, InnerEffect,
                          testing::Values("backlash", "gear_hysteresis", "gear_damping_quadratic",
                                          "arm_stiffness_cubic", "arm_backlash", "gear_spring_curve",
-                                         "gear_stiffness_ripple", "thermal_damping",
-                                         "arm_spring_curve"),
+                                         "gear_stiffness_ripple", "transmission_error",
+                                         "thermal_damping", "arm_spring_curve"),
                          [](const auto& test) { return test.param; });
 
 /// Work (N.m.rad) that an effect of one state does on the arm in one cycle in which the motor
@@ -583,7 +583,7 @@ TEST(GearRelaxation, IsASpringThatLetsGo) {
   EXPECT_NEAR((rates[kSpeedGear] - bare[kSpeedGear]) / arm.gear_mobility, 0.4, 1e-9);
 }
 
-TEST(TorqueLimit, FallsWithTheSpeed) {
+TEST(TorqueLimit, FallsWithTheSpeedWhereTheMotorDrives) {
   Model model = published_estimate();
   model.add_effect("torque_limit");
   model.parameter("torque_limit_share").value = 1.0;
@@ -597,9 +597,31 @@ TEST(TorqueLimit, FallsWithTheSpeed) {
            arm.motor_mobility;
   };
   EXPECT_NEAR(given(12.0, 20.0), 3.0, 0.02);
-  EXPECT_NEAR(given(-12.0, 20.0), -3.0, 0.02);
+  EXPECT_NEAR(given(-12.0, 20.0), -5.0, 0.02);  // it brakes: voltage is not what it lacks
+  EXPECT_NEAR(given(12.0, -20.0), 5.0, 0.02);
+  EXPECT_NEAR(given(-12.0, -20.0), -3.0, 0.02);
   EXPECT_NEAR(given(2.0, 20.0), 2.0, 0.02);
   EXPECT_NEAR(given(12.0, 90.0), 0.0, 0.03);  // no voltage left
+}
+
+/// An output that runs ahead of the motor by an error that stands still winds the spring as so much
+/// twist does; one that goes with the angle moves the damper as well.
+TEST(TransmissionError, WindsSpringAndDamper) {
+  Model model = published_estimate();
+  model.add_effect("transmission_error");
+  model.parameter("transmission_error").value = 0.02;
+  model.parameter("transmission_error_harmonic").value = 2.0;
+  const double angle = 0.7;
+  const double speed = 30.0;
+  const double error = 0.02 * std::cos(2.0 * angle);
+  const double rate = -0.02 * 2.0 * speed * std::sin(2.0 * angle);
+  const Coefficients<double> arm(model.values().data());
+  const std::vector<double> with = rates_of(model, 0.0, 0.0, {0.1, 0, speed, speed, speed, angle});
+  const std::vector<double> twisted =
+      rates_of(published_estimate(), 0.0, 0.0, {0.1 + error, 0, speed, speed, speed});
+  EXPECT_NEAR(with[kSpeedMotor], twisted[kSpeedMotor] - arm.motor_mobility * arm.d_g * rate, 1e-9);
+  EXPECT_NEAR(with[kSpeedGear], twisted[kSpeedGear] + arm.gear_mobility * arm.d_g * rate, 1e-9);
+  EXPECT_NEAR(with.back(), speed, 1e-12);
 }
 
 TEST(PayloadChange, IsThereUntilItsEnd) {

@@ -277,12 +277,14 @@ FittedModel likelier(const FittedModel& fit, const Explained& foretelling,
   return log_likelihood(other) > log_likelihood(fit) ? other : fit;
 }
 
-std::optional<FittedModel> likeliest(NoiseCheck& noise, const TraceRecords& records,
-                                     const AcceptanceSettings& settings, Effort effort) {
+std::optional<LikeliestOfAll> likeliest(NoiseCheck& noise, const TraceRecords& records,
+                                        const AcceptanceSettings& settings, Effort effort) {
   const std::optional<LikeliestFit> found = noise.likeliest_fit(settings, effort);
   if (!found) return {};
-  return told(placed(found->model, records.estimation, records.propagation, found->x0),
-              found->model.unknowns(), found->covariance);
+  return LikeliestOfAll{
+      told(placed(found->model, records.estimation, records.propagation, found->x0),
+           found->model.unknowns(), found->covariance),
+      found->gains};
 }
 
 FittedModel judged(const FittedModel& fit, const TraceRecords& records) {

@@ -44,10 +44,15 @@ FittedModel plain(const Explained& now, const TraceRecords& records);
 FittedModel likelier(const FittedModel& fit, const Explained& foretelling,
                      const TraceRecords& records);
 
-/// The model with the values that make all records likeliest (NoiseCheck::likeliest_fit), on the
-/// estimation pieces; nothing where these do not tell them best.
-std::optional<FittedModel> likeliest(NoiseCheck& noise, const TraceRecords& records,
-                                     const AcceptanceSettings& settings, Effort effort);
+/// The model with the values that make all records likeliest, on the estimation pieces.
+struct LikeliestOfAll {
+  FittedModel fit;
+  std::vector<Gains> gains;  // with the likeliest noise
+};
+
+/// By NoiseCheck::likeliest_fit; nothing where these values do not tell the pieces best.
+std::optional<LikeliestOfAll> likeliest(NoiseCheck& noise, const TraceRecords& records,
+                                        const AcceptanceSettings& settings, Effort effort);
 
 /// What judges, the validation record or each block by the model as it is fitted to the others, and
 /// how the fitted model does there.

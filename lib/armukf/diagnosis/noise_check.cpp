@@ -15,11 +15,13 @@
 #include <tuple>
 #include <utility>
 
+#include "armukf/batch/pieces.hpp"
 #include "armukf/core/constants.hpp"
 #include "armukf/core/parallel.hpp"
 #include "armukf/core/statistics.hpp"
 #include "armukf/diagnosis/ahead_score.hpp"
 #include "armukf/diagnosis/scatter.hpp"
+#include "armukf/diagnosis/unlike_noise.hpp"
 #include "armukf/fit/covariance.hpp"
 
 namespace armukf {
@@ -142,6 +144,7 @@ void NoiseCheck::take_for_base(FoundMinimum found) {
   correlation_ = correlation_at(found);
   base_ = std::move(found);
   one_for_all_.reset();
+  likelier_.reset();
 }
 
 bool NoiseCheck::hopeless(const AcceptanceSettings& settings) const {
@@ -340,41 +343,57 @@ std::vector<FoundMinimum> NoiseCheck::likeliest_of(const std::vector<Promise>& p
 }
 
 double NoiseCheck::chance_of(const Likelier& one, const Looks& looks) {
-  return corrected(chi_square_tail(2.0 * std::max(0.0, one.gain), one.more), one.trial->effect,
+  return corrected(chi_square_tail(2.0 * std::max(0.0, one.gain), one.more), one.trial.effect,
                    looks);
 }
 
-Refit NoiseCheck::refit_of(Likelier& one, const Looks& looks, const AcceptanceSettings& settings) {
-  one.gain = loss_without(one.found.model) - one.found.loss;
-  const double scatter_p = chance_at(one.found, *one.trial);
-  one.found.x0.resize(records_.estimation.size());
+Refit NoiseCheck::refit_of(const Likelier& one, const Looks& looks,
+                           const AcceptanceSettings& settings) const {
+  Likelier judged = one;
+  judged.gain = loss_without(one.found.model) - one.found.loss;
+  judged.found.x0.resize(records_.estimation.size());
   Refit refit =
-      refitted(*one.trial, one.found.model, one.found.x0, now_, looks, records_, settings);
-  refit.evidence.likelihood_gain = one.gain;
-  refit.evidence.scatter_p = scatter_p;
-  refit.evidence.statistic = 2.0 * one.gain;
-  refit.evidence.p_value = chance_of(one, looks);
+      refitted(one.trial, one.found.model, judged.found.x0, now_, looks, records_, settings);
+  refit.evidence.likelihood_gain = judged.gain;
+  refit.evidence.scatter_p = chance_at(one.found, one.trial);
+  refit.evidence.statistic = 2.0 * judged.gain;
+  refit.evidence.p_value = chance_of(judged, looks);
   refit.refusal = armukf::refusal(refit.evidence, settings);
   refit.beyond_noise = true;
   return refit;
 }
 
-std::vector<Refit> NoiseCheck::likelier(const std::vector<Trial>& trials, const Looks& looks,
-                                        const AcceptanceSettings& settings) {
-  if (!noise_can_be_all(settings)) return {};
+std::vector<NoiseCheck::Likelier> NoiseCheck::likelier_than_chance(
+    const std::vector<Trial>& trials, const Looks& looks,
+    const AcceptanceSettings& settings) const {
   const std::vector<Promise> promises = promising(trials, looks);
   std::vector<FoundMinimum> found = likeliest_of(promises);
   std::vector<Likelier> all;
   for (std::size_t i = 0; i < found.size(); ++i) {
     const double more = more_values(found[i].model, now_.fit.model);
     const double gain = base_->loss - found[i].loss;
-    all.push_back({promises[i].trial, std::move(found[i]), more, gain});
+    all.push_back({*promises[i].trial, std::move(found[i]), more, gain});
   }
   std::erase_if(all,
                 [&](const Likelier& one) { return !(chance_of(one, looks) <= settings.most_p); });
   std::ranges::stable_sort(all, std::greater{}, &Likelier::gain);
-  if (!all.empty() && is_lost_resonance(*all.front().trial))
-    return likelier(trials, looks, settings);
+  keep_first_of_each(all, 1, [](const Likelier& one) { return one.trial.effect; });
+  return all;
+}
+
+std::vector<Refit> NoiseCheck::likelier(const std::vector<Trial>& trials, const Looks& looks,
+                                        const AcceptanceSettings& settings) {
+  if (!noise_can_be_all(settings)) return {};
+  if (!likelier_) {
+    std::vector<Likelier> found = likelier_than_chance(trials, looks, settings);
+    if (!found.empty() && is_lost_resonance(found.front().trial))
+      return likelier(trials, looks, settings);
+    likelier_ = std::move(found);
+  }
+  std::vector<Likelier*> all;
+  for (Likelier& one : *likelier_)
+    if (std::ranges::find(trials, one.trial.effect, &Trial::effect) != trials.end())
+      all.push_back(&one);
   // By the likelihood, with a price for each parameter: H. Akaike, "A new look at the statistical
   // model identification", IEEE Trans. Autom. Control 19, 1974.
   const auto merit = [&](const Refit& r) {
@@ -382,16 +401,16 @@ std::vector<Refit> NoiseCheck::likelier(const std::vector<Trial>& trials, const 
                                              more_values(r.explained.fit.model, now_.fit.model));
   };
   std::vector<Refit> refits;
-  const auto add = [&](std::span<Likelier> some) {
-    const std::size_t before = refits.size();
-    refits.resize(before + some.size());
-    for_each_job(static_cast<int>(some.size()),
-                 [&](int i) { refits[before + i] = refit_of(some[i], looks, settings); });
+  const auto add = [&](std::span<Likelier* const> some) {
+    for_each_job(static_cast<int>(some.size()), [&](int i) {
+      if (!some[i]->refit) some[i]->refit = refit_of(*some[i], looks, settings);
+    });
+    for (const Likelier* one : some) refits.push_back(*one->refit);
     std::ranges::stable_sort(refits, std::greater{}, merit);
   };
   // What gains far less waits until it is known that the likeliest does not count.
   const auto far_behind = std::ranges::find_if(
-      all, [&](const Likelier& one) { return one.gain < kAsMuch * all.front().gain; });
+      all, [&](const Likelier* one) { return one->gain < kAsMuch * all.front()->gain; });
   add({all.begin(), far_behind});
   if (refits.empty() || !refits.front().refusal.empty()) add({far_behind, all.end()});
   for (std::size_t i = 1; i < refits.size(); ++i)
@@ -435,9 +454,34 @@ std::optional<LikeliestFit> NoiseCheck::likeliest_fit(const AcceptanceSettings& 
   const double variance = at.r.squaredNorm() / (measured - static_cast<double>(at.J.cols()));
   const auto unknowns = static_cast<Eigen::Index>(base_->model.unknowns().size());
   LikeliestFit fit{base_->model, base_->x0,
-                   variance * inverse_information(at.J).topLeftCorner(unknowns, unknowns)};
+                   variance * inverse_information(at.J).topLeftCorner(unknowns, unknowns),
+                   base_->gains};
   fit.x0.resize(records_.estimation.size());
+  fit.gains.resize(records_.estimation.size());
   return fit;
+}
+
+std::vector<std::string> NoiseCheck::unlike_noise(const AcceptanceSettings& settings) {
+  if (!noise_can_be_all(settings)) {
+    if (!std::isfinite(*correlation_)) return {};  // of no model that is known
+    return {fmt::format(
+        "what is left one sample ahead is correlated by {:.2f} beside what noise of torque and "
+        "sensor explains: it is not noise alone",
+        *correlation_)};
+  }
+  const OutputError::Evaluation at = errors_at(*base_, false);
+  if (!at.valid) return {};
+  std::vector<std::string> told;
+  const std::span<const double> all(at.r.data(), static_cast<std::size_t>(at.r.size()));
+  std::size_t first = 0;
+  for (const std::vector<Record>* records : {&records_.estimation, &records_.validation}) {
+    const std::vector<double> seconds = times_of(*records);
+    if (const auto text = bursts(all.subspan(first, seconds.size()), seconds))
+      told.push_back(fmt::format(
+          "{}{}", records == &records_.validation ? "in the validation record: " : "", *text));
+    first += seconds.size();
+  }
+  return told;
 }
 
 std::vector<FoundMinimum> NoiseCheck::likeliest_in_its_stead(const Model& rest,

@@ -40,6 +40,7 @@ struct LikeliestFit {
   Model model;
   StatesOfPieces x0;           // of the estimation pieces
   Eigen::MatrixXd covariance;  // of its unknowns
+  std::vector<Gains> gains;    // with the likeliest noise, of the estimation pieces
 };
 
 /// How far off a minimum is looked for.
@@ -72,7 +73,8 @@ class NoiseCheck {
 
   /// Effects too small for the scatter of predictions to tell, which make the records likelier than
   /// chance does; the likeliest alone is not refused. None where noise cannot be all: there the
-  /// likelihood is not what its name says.
+  /// likelihood is not what its name says. Asked again, it goes by what it has found for the same
+  /// trials before: they may be fewer, not others.
   std::vector<Refit> likelier(const std::vector<Trial>& trials, const Looks& looks,
                               const AcceptanceSettings& settings);
 
@@ -100,6 +102,10 @@ class NoiseCheck {
   std::optional<LikeliestFit> likeliest_fit(const AcceptanceSettings& settings,
                                             Effort effort = Effort::kUsual);
 
+  /// What speaks against noise being all that is left, in words: of what the likeliest model leaves
+  /// in the estimation records, and in those that validate.
+  std::vector<std::string> unlike_noise(const AcceptanceSettings& settings);
+
   /// By what has been asked.
   KnownNoise known(const AcceptanceSettings& settings) const;
 
@@ -113,17 +119,22 @@ class NoiseCheck {
 
   /// An effect with what it gains of the log-likelihood, for so many values more that are fitted.
   struct Likelier {
-    const Trial* trial;
+    Trial trial;
     FoundMinimum found;
     double more;
     double gain;
+    std::optional<Refit> refit = {};  // once it is judged
   };
+
+  /// Of those trials, all that are likelier than chance makes them, most first.
+  std::vector<Likelier> likelier_than_chance(const std::vector<Trial>& trials, const Looks& looks,
+                                             const AcceptanceSettings& settings) const;
 
   /// That of a gain, given all that was looked at.
   static double chance_of(const Likelier& one, const Looks& looks);
 
   /// As it is judged; its gain is then over what the model without it reaches from its arm on.
-  Refit refit_of(Likelier& one, const Looks& looks, const AcceptanceSettings& settings);
+  Refit refit_of(const Likelier& one, const Looks& looks, const AcceptanceSettings& settings) const;
 
   /// Whether the rough fit says that no better one is worth while.
   bool hopeless(const AcceptanceSettings& settings) const;
@@ -212,6 +223,8 @@ class NoiseCheck {
   std::optional<FoundMinimum> base_;
   std::optional<double> correlation_;  // of what the base leaves
   std::optional<bool> one_for_all_;    // once it has been asked
+  /// Of the trials that were asked about first: others are fewer of them.
+  std::optional<std::vector<Likelier>> likelier_;
 };
 
 }  // namespace armukf

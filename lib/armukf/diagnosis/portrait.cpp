@@ -10,6 +10,7 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "armukf/batch/pieces.hpp"
 #include "armukf/diagnosis/score.hpp"
@@ -170,15 +171,33 @@ struct Changing {
   Score score;
 };
 
-/// Parameters of which the records tell that they go with a course, that which explains most first.
-std::vector<Changing> changing_along(const ScoreTest& test, const Model& model,
-                                     const std::vector<int>& parameters,
-                                     const Eigen::MatrixXd& sensitivities, const Course& course) {
+/// What tells how innovations go with the parameters.
+struct Sensed {
+  const ScoreTest& test;
+  Eigen::MatrixXd sensitivities;  // to the parameters, a column each
+
+  Sensed(const ScoreTest& by, const std::vector<int>& parameters)
+      : test(by), sensitivities(by.sensitivities_to(parameters)) {}
+
+  Score varying(std::size_t parameter, const Course& course, double least_share) const {
+    return test.varying(sensitivities.col(static_cast<Eigen::Index>(parameter)), course.values,
+                        least_share);
+  }
+};
+
+/// Parameters of which the records tell that they go with a course, that which explains most first:
+/// by all of those tests, of which the first says how much.
+std::vector<Changing> changing_along(const std::vector<Sensed>& tests, const Model& model,
+                                     const std::vector<int>& parameters, const Course& course) {
+  const auto tells = [&](const Score& score) {
+    return score.p_value * static_cast<double>(parameters.size()) < kLevel;
+  };
   std::vector<Changing> seen;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    const Score score =
-        test.varying(sensitivities.col(static_cast<Eigen::Index>(i)), course.values, kMatters);
-    if (score.p_value * static_cast<double>(parameters.size()) < kLevel)
+    const Score score = tests.front().varying(i, course, kMatters);
+    if (tells(score) && std::all_of(tests.begin() + 1, tests.end(), [&](const Sensed& other) {
+          return tells(other.varying(i, course, 0.0));
+        }))
       seen.push_back({&model.parameters[parameters[i]], score});
   }
   std::ranges::stable_sort(seen, std::greater{}, [](const Changing& c) { return c.score.share; });
@@ -186,17 +205,19 @@ std::vector<Changing> changing_along(const ScoreTest& test, const Model& model,
 }
 
 /// Of each course the parameter that goes with it most, in words, with what that would explain.
-std::vector<std::pair<double, std::string>> changing(const ScoreTest& test, const Model& model,
+std::vector<std::pair<double, std::string>> changing(const std::vector<const ScoreTest*>& tests,
+                                                     const Model& model,
                                                      const std::vector<Course>& all) {
   constexpr double kNearlyAsMuch = 0.8;
   std::vector<int> parameters = model.unknowns();
   const int inertia = model.index_of("J");
   if (std::ranges::find(parameters, inertia) == parameters.end()) parameters.push_back(inertia);
-  const Eigen::MatrixXd sensitivities = test.sensitivities_to(parameters);
+  std::vector<Sensed> sensed;
+  sensed.reserve(tests.size());
+  for (const ScoreTest* test : tests) sensed.emplace_back(*test, parameters);
   std::vector<std::pair<double, std::string>> told;
   for (const Course& course : all) {
-    const std::vector<Changing> seen =
-        changing_along(test, model, parameters, sensitivities, course);
+    const std::vector<Changing> seen = changing_along(sensed, model, parameters, course);
     if (seen.empty()) continue;
     const auto& [parameter, score] = seen.front();
     std::vector<std::string> others;
@@ -238,7 +259,8 @@ std::string bands(const FittedModel& fit, const std::vector<double>& t) {
 }  // namespace
 
 std::vector<std::string> portrait(const FittedModel& fit, const std::vector<Record>& pieces,
-                                  const Propagation& propagation) {
+                                  const Propagation& propagation,
+                                  const std::vector<Gains>& likeliest) {
   const std::vector<double> innovations = one_step(fit, pieces, propagation).errors;
   const ScoreTest test(fit.model, fit.x0, pieces, propagation);
   const std::vector<Instant> motion = instants(pieces, test.states());
@@ -257,7 +279,11 @@ std::vector<std::string> portrait(const FittedModel& fit, const std::vector<Reco
                                                  probe.description, 100.0 * score.share));
   }
   const std::vector<double> angle = motor_angle(pieces);
-  std::ranges::move(changing(test, fit.model, courses(motion, angle)), std::back_inserter(seen));
+  std::vector<const ScoreTest*> tests{&test};
+  std::optional<ScoreTest> by_likeliest;
+  if (!likeliest.empty())
+    tests.push_back(&by_likeliest.emplace(fit.model, fit.x0, pieces, propagation, likeliest));
+  std::ranges::move(changing(tests, fit.model, courses(motion, angle)), std::back_inserter(seen));
   std::ranges::sort(seen, std::greater{});
   std::vector<std::string> lines;
   for (const auto& [share, text] : seen)

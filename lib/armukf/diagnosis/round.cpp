@@ -83,7 +83,7 @@ LookedAt looked_for(const Round& round, Standing& standing) {
   Contest& found = all.found;
   Looks& looks = all.looks;
   const std::vector<Trial> names = without_set_aside(suggested_names);
-  std::optional<NoiseCheck> noise;
+  std::optional<NoiseCheck>& noise = round.noise;
   const auto check = [&]() -> NoiseCheck& {
     if (!noise) noise.emplace(now, records, standing.noise, &round.given);
     return *noise;

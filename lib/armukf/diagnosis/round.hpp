@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -35,6 +36,8 @@ struct Round {
   const TraceRecords& records;
   const AcceptanceSettings& settings;
   const std::set<std::string>& set_aside;  // effects that it does not
+  std::optional<NoiseCheck>&
+      noise;  // of the model as it stands: from the round before, if the same
 };
 
 /// What it finds.

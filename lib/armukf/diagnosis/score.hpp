@@ -33,9 +33,13 @@ struct Score {
 /// fit/leverage.hpp.
 class ScoreTest {
  public:
-  /// All arguments must outlive this.
+  /// All arguments but the gains must outlive this.
   ScoreTest(const Model& model, const StatesOfPieces& x0, const std::vector<Record>& pieces,
             const Propagation& propagation);
+
+  /// By other gains than those of foresight_gains, one per piece.
+  ScoreTest(const Model& model, const StatesOfPieces& x0, const std::vector<Record>& pieces,
+            const Propagation& propagation, const std::vector<Gains>& gains);
 
   /// torques: N.m at each sample, a column each.
   Score operator()(const Eigen::MatrixXd& torques) const;
@@ -57,8 +61,6 @@ class ScoreTest {
   std::vector<std::vector<double>> states() const;
 
  private:
-  ScoreTest(const Model& model, const StatesOfPieces& x0, const std::vector<Record>& pieces,
-            const Propagation& propagation, const std::vector<Gains>& gains);
   ScoreTest(const Model& model, const StatesOfPieces& x0, const std::vector<Record>& pieces,
             const Propagation& propagation, const std::vector<Gains>& gains,
             const WeightedInnovations& own);

@@ -153,11 +153,11 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   say("what is left", 0.95);
   const Explained with_held = set_free(now, search.standing.held);
   NoiseCheck noise(with_held, records, search.standing.noise, &model);
-  const std::optional<FittedModel> of_all =
+  const std::optional<LikeliestOfAll> of_all =
       likeliest(noise, records, settings.acceptance,
                 diagnosis.effects.empty() ? Effort::kUtmost : Effort::kUsual);
   diagnosis.of_all_records = of_all && !records.validation.empty();
-  diagnosis.after = of_all                      ? *of_all
+  diagnosis.after = of_all                      ? of_all->fit
                     : diagnosis.effects.empty() ? with_deviations_by_blocks(simulated, records)
                                                 : simulated.estimation;
   diagnosis.after_validation = simulated.validation;
@@ -174,15 +174,15 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
     const auto& [fit, pieces] = compared[i];
     *measures[i] = measures_of(*fit, *pieces, angle, records.propagation);
   });
-  diagnosis.unexplained =
-      portrait(of_all || !diagnosis.effects.empty() ? diagnosis.after
-                                                    : likelier(simulated.estimation, now, records),
-               records.estimation, records.propagation);
+  diagnosis.unexplained = portrait(
+      of_all || !diagnosis.effects.empty() ? diagnosis.after
+                                           : likelier(simulated.estimation, now, records),
+      records.estimation, records.propagation, of_all ? of_all->gains : std::vector<Gains>{});
   // Where one model without an effect makes all records likeliest, what a plain simulation was
   // fitted to tells no more.
   const bool is_complete = diagnosis.of_all_records && diagnosis.effects.empty();
-  const std::vector<std::string> there =
-      more_left(is_complete ? Simulated{*of_all, judged(*of_all, records)} : simulated, records);
+  const std::vector<std::string> there = more_left(
+      is_complete ? Simulated{of_all->fit, judged(of_all->fit, records)} : simulated, records);
   std::ranges::copy(there, std::back_inserter(diagnosis.unexplained));
   diagnosis.consistency = consistency_of(now, records);
   const auto same_in_all = [&] {
@@ -191,6 +191,8 @@ Traced traced(const Model& model, const TraceRecords& records, const TraceSettin
   };
   for (std::string& text : disagreements(diagnosis.consistency, now.fit.model, same_in_all))
     diagnosis.unexplained.push_back(std::move(text));
+  std::ranges::move(noise.unlike_noise(settings.acceptance),
+                    std::back_inserter(diagnosis.unexplained));
   if (diagnosis.effects.empty() && !search.led_astray.empty())
     diagnosis.unexplained.push_back(
         fmt::format("something that no name or law here simulates: {} would explain a part of it, "

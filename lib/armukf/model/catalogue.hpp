@@ -51,28 +51,28 @@
 #include "armukf/model/effects/torque_ripple.hpp"
 #include "armukf/model/effects/torque_ripple_commanded.hpp"
 #include "armukf/model/effects/torque_slew.hpp"
+#include "armukf/model/effects/transmission_error.hpp"
 
 namespace armukf {
 
 /// Every effect that a model may have. A new one is a header in effects/ and one line here.
-using CataloguedEffect =
-    std::variant<effects::TorqueBias, effects::TorqueGain, effects::TorqueRipple,
-                 effects::InputDelay, effects::DriveLag, effects::DriveLagSecondOrder,
-                 effects::FrictionParameters, effects::CoulombAsymmetry, effects::GearFriction,
-                 effects::ArmFriction, effects::LoadDependentFriction, effects::ThermalFriction,
-                 effects::ThermalFrictionHeated, effects::PreslidingFriction, effects::Backlash,
-                 effects::GearHysteresis, effects::GearDampingQuadratic, effects::ArmStiffnessCubic,
-                 effects::FlexibleMode<kArm>, effects::FlexibleMode<kGear>,
-                 effects::FlexibleMode<kMotor>, effects::Gravity, effects::PayloadChange,
-                 effects::SensorLag, effects::SpeedRipple, effects::ExternalTorque<kMotor>,
-                 effects::ExternalTorque<kArm>, effects::FrictionChange, effects::FrictionRipple,
-                 effects::TorqueRippleCommanded, effects::ThermalTorque, effects::ThermalDamping,
-                 effects::GearStiffnessRipple, effects::PoseInertia, effects::ArmBacklash,
-                 effects::SensorCoupling, effects::GearStiffnessChange, effects::ArmStiffnessChange,
-                 effects::GearSlip, effects::GearRelaxation, effects::TorqueLimit,
-                 effects::TorqueSlew, effects::FrictionLag, effects::DriveNotch,
-                 effects::SensorGain, effects::FrictionCurve, effects::GearSpringCurve,
-                 effects::ArmSpringCurve, effects::TorqueCurve, effects::AngleCurve>;
+using CataloguedEffect = std::variant<
+    effects::TorqueBias, effects::TorqueGain, effects::TorqueRipple, effects::InputDelay,
+    effects::DriveLag, effects::DriveLagSecondOrder, effects::FrictionParameters,
+    effects::CoulombAsymmetry, effects::GearFriction, effects::ArmFriction,
+    effects::LoadDependentFriction, effects::ThermalFriction, effects::ThermalFrictionHeated,
+    effects::PreslidingFriction, effects::Backlash, effects::GearHysteresis,
+    effects::GearDampingQuadratic, effects::ArmStiffnessCubic, effects::FlexibleMode<kArm>,
+    effects::FlexibleMode<kGear>, effects::FlexibleMode<kMotor>, effects::Gravity,
+    effects::PayloadChange, effects::SensorLag, effects::SpeedRipple,
+    effects::ExternalTorque<kMotor>, effects::ExternalTorque<kArm>, effects::FrictionChange,
+    effects::FrictionRipple, effects::TorqueRippleCommanded, effects::ThermalTorque,
+    effects::ThermalDamping, effects::GearStiffnessRipple, effects::TransmissionError,
+    effects::PoseInertia, effects::ArmBacklash, effects::SensorCoupling,
+    effects::GearStiffnessChange, effects::ArmStiffnessChange, effects::GearSlip,
+    effects::GearRelaxation, effects::TorqueLimit, effects::TorqueSlew, effects::FrictionLag,
+    effects::DriveNotch, effects::SensorGain, effects::FrictionCurve, effects::GearSpringCurve,
+    effects::ArmSpringCurve, effects::TorqueCurve, effects::AngleCurve>;
 
 /// An effect as the user names it: `torque_ripple`, or `torque_ripple:2` for the second of its
 /// kind.

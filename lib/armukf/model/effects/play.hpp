@@ -4,12 +4,19 @@
 
 namespace armukf::effects {
 
-/// What of q lies beyond b to either side: the dead zone q - (r(q + b) - r(q - b)) / 2, r(q) =
-/// sqrt(q^2 + e^2), rounded over e. Source: M. Nordin, P.-O. Gutman, "Controlling mechanical
+/// What of q lies below -a and above b: the dead zone q + (a - b) / 2 - (r(q + a) - r(q - b)) / 2,
+/// r(q) = sqrt(q^2 + e^2), rounded over e. Source: M. Nordin, P.-O. Gutman, "Controlling mechanical
 /// systems with backlash - a survey", Automatica 38, 2002, eq. 1.
 template <class T>
+T beyond(const T& q, const T& a, const T& b, double rounding) {
+  return q + 0.5 * (a - b) -
+         0.5 * (smooth_magnitude(T(q + a), rounding) - smooth_magnitude(T(q - b), rounding));
+}
+
+/// The same to either side of b.
+template <class T>
 T beyond(const T& q, const T& b, double rounding) {
-  return q - 0.5 * (smooth_magnitude(T(q + b), rounding) - smooth_magnitude(T(q - b), rounding));
+  return beyond(q, b, b, rounding);
 }
 
 /// What a twist q (rad) winds its spring by where there is play of b (rad) to either side.

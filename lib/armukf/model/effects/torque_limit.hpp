@@ -7,9 +7,11 @@
 
 namespace armukf::effects {
 
-/// The drive gives no more than its limit, which falls with the speed as its voltage is used up: of
-/// what is commanded beyond L - f |w| to either side, L = torque_limit and f = torque_limit_fall,
-/// it lacks the share torque_limit_share; all of that where it is 1.
+/// The drive gives no more than its limit L = torque_limit, which falls by f = torque_limit_fall
+/// with the speed w at which the motor drives, as its voltage is used up; where it brakes, that
+/// helps. Of what is commanded above L - f max(w, 0) and below -(L - f max(-w, 0)) it lacks the
+/// share torque_limit_share; all of that where it is 1. Source: R. Krishnan, "Electric Motor
+/// Drives", 2001, of torque and speed under a limited voltage.
 struct TorqueLimit {
   static constexpr std::string_view name = "torque_limit";
   static constexpr bool tried_last = true;
@@ -24,9 +26,14 @@ struct TorqueLimit {
   template <class T>
   static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* /*x*/, const T* p) {
     constexpr double kRounding = 0.05;  // N.m
-    const T at_speed = p[1] - p[2] * smooth_magnitude(motion.speed_motor(), kStandstill);
-    const T limit = 0.5 * (at_speed + smooth_magnitude(at_speed, kRounding));  // none below 0
-    return {-(p[0] * beyond(motion.input, limit, kRounding))};
+    const auto positive = [](const T& v, double rounding) {
+      return T(0.5 * (v + smooth_magnitude(v, rounding)));
+    };
+    const auto limit_at = [&](const T& driving) {
+      return positive(T(p[1] - p[2] * positive(driving, kStandstill)), kRounding);
+    };
+    const T& w = motion.speed_motor();
+    return {-(p[0] * beyond(motion.input, limit_at(T(-w)), limit_at(w), kRounding))};
   }
 };
 
