@@ -16,11 +16,13 @@ STATES = {
     "N·m": "drive_torque drive_response drive_response_rate input_delay_first input_delay_second drive_notch_band "
            "torque_slewed",
     "N·m·s": "drive_notch_passed gear_slip_load",
-    "–": "presliding_deflection gear_hysteresis_deflection thermal_heated_warmth"}
+    "–": "presliding_deflection gear_hysteresis_deflection thermal_heated_warmth "
+         "thermal_torque_warmth"}
 PARAMETERS = {
     "N·m": "Fc Fcs arm_friction_coulomb gear_friction_coulomb coulomb_asymmetry gear_hysteresis gravity "
            "presliding_friction torque_bias torque_ripple torque_curve_range external_torque external_torque_arm "
-           "friction_change friction_change_before friction_ripple gear_slip_torque torque_limit",
+           "friction_change friction_change_before friction_ripple gear_slip_torque torque_limit "
+           "thermal_torque_heated_torque",
     "N·m/s": "torque_slew",
     "N·m·s/rad": "Fv d_g d_a arm_friction_viscous gear_friction_viscous torque_limit_fall",
     "N·m·s²/rad²": "gear_damping_quadratic",
@@ -30,7 +32,7 @@ PARAMETERS = {
     "kg·m²": "J",
     "s/rad": "alpha beta sensor_gain_bend",
     "s": "drive_lag_time drive_response_time input_delay payload_time payload_until sensor_lag_time "
-         "thermal_friction_time friction_change_time friction_change_until thermal_torque_time thermal_damping_time thermal_heated_time gear_relaxation_time "
+         "thermal_friction_time friction_change_time friction_change_until thermal_torque_time thermal_torque_heated_time thermal_damping_time thermal_heated_time gear_relaxation_time "
          "gear_stiffness_change_time arm_stiffness_change_time friction_lag_time",
     "rad": "backlash arm_backlash transmission_error gear_hysteresis_distance presliding_distance gear_spring_curve_range "
            "arm_spring_curve_range",
@@ -41,7 +43,7 @@ PARAMETERS = {
           "external_torque_arm_frequency sensor_coupling_frequency drive_notch_frequency",
     "–": "a_m a_g load_dependent_friction payload presliding_share speed_ripple thermal_friction torque_gain "
          "mode_motor_share mode_gear_share mode_arm_share mode_motor_damping mode_gear_damping mode_arm_damping "
-         "drive_response_damping sensor_coupling_share sensor_coupling_damping gravity_ratio thermal_torque "
+         "drive_response_damping sensor_coupling_share sensor_coupling_damping gravity_ratio thermal_torque thermal_torque_heated "
          "thermal_damping gear_stiffness_ripple pose_inertia torque_ripple_commanded thermal_friction_heated "
          "thermal_heated_viscous gear_stiffness_change arm_stiffness_change torque_limit_share torque_slew_share friction_lag_share "
          "drive_notch drive_notch_damping sensor_gain sensor_gain_asymmetry"}

@@ -36,7 +36,7 @@ OVER = {"gravity": "motor_angle", "torque_ripple": "motor_angle",
         "drive_notch": "u", "gear_stiffness_change": "t", "arm_stiffness_change": "t",
         "arm_backlash": "twist_arm", "friction_change": "t", "friction_ripple": "motor_angle", "external_torque": "t",
         "thermal_torque": "t", "thermal_damping": "t", "gear_stiffness_ripple": "motor_angle",
-        "transmission_error": "motor_angle",
+        "transmission_error": "motor_angle", "thermal_torque_heated": "t",
         "pose_inertia": "motor_angle"}
 
 

@@ -35,6 +35,7 @@ PLAIN = {
     "friction_change": "dry friction that becomes another",
     "friction_ripple": "dry friction that goes with the motor's angle",
     "thermal_torque": "a torque constant that changes while the motor warms up",
+    "thermal_torque_heated": "a torque constant that changes with the heat that the motor makes",
     "thermal_damping": "gear damping that changes while the grease warms up",
     "gear_stiffness_ripple": "a gear whose stiffness goes with the motor's angle",
     "transmission_error": "a gear that does not turn quite as its motor",

@@ -69,6 +69,21 @@ TEST(Acceptance, BelievesNoLikelihoodWhoseSizeScatters) {
             "p 0.28");
 }
 
+/// What happens in a few blocks is known badly where one of them is left out.
+TEST(Acceptance, LetsOneBlockErrMoreNearbyWhereTheRestIsPlain) {
+  const auto worse_nearby_in = [](int blocks, double share) {
+    Evidence evidence = lower_at(kMiddle, share);
+    Witness& witness = evidence.witnesses[0];
+    witness.after.all[kNear] = 1.5;
+    for (int b = 0; b < blocks; ++b) witness.after.blocks[kNear][b] = 4.0;
+    return evidence;
+  };
+  EXPECT_EQ(refusal(worse_nearby_in(1, 0.6), {}), "");
+  EXPECT_EQ(refusal(worse_nearby_in(kForesightBlocks / 2, 0.6), {}),
+            "makes predictions over 20 samples of a record worse by 50.0 %");
+  EXPECT_NE(refusal(worse_nearby_in(1, 0.2), {}), "");  // it may be what drives them astray
+}
+
 TEST(Acceptance, RefusesWhatHelpsInOneStretchOnly) {
   Evidence evidence = lower_at(kFar, 0.2);
   evidence.witnesses[0].after.blocks[kFar].fill(0.999);

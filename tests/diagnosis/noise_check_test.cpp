@@ -2,13 +2,18 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "armukf/batch/simulation.hpp"
+#include "batch/sensor_noise.hpp"
 #include "diagnosis/loop_records.hpp"
 
 namespace armukf {
@@ -218,6 +223,72 @@ TEST(NoiseCheck, FindsNothingInNoise) {
 TEST(NoiseCheck, FindsNothingWhereNoiseCannotBeAll) {
   const Model truth = published_with("input_delay", 4e-3);
   EXPECT_EQ(likelier(truth), std::vector<std::string>{});
+}
+
+/// What is set aside since is left out of what was found.
+TEST(NoiseCheck, LeavesOutWhatIsNotAskedAboutAgain) {
+  const TraceRecords records = records_of(published_with("gear_damping_quadratic", 0.004));
+  const Explained now = explained(published_arm(), {}, records, kForesightDensity);
+  std::vector<Trial> trials;
+  for (const std::string effect : {"gear_damping_quadratic", "gear_friction"})
+    for (Trial& trial : trials_of(effect, now.fit.model, {})) trials.push_back(std::move(trial));
+  NoiseCheck check(now, records);
+  const Looks looks = looks_of(trials);
+  const std::vector<Refit> both = check.likelier(trials, looks, {});
+  ASSERT_EQ(both.size(), 2U);  // friction at the gear comes near to it
+  EXPECT_EQ(both[0].trial.effect, "gear_damping_quadratic");
+  EXPECT_EQ(both[0].refusal, "");
+  EXPECT_NE(both[1].refusal, "");
+  std::erase_if(trials, [](const Trial& t) { return t.effect != "gear_friction"; });
+  const std::vector<Refit> rest = check.likelier(trials, looks, {});
+  ASSERT_EQ(rest.size(), 1U);
+  EXPECT_EQ(rest[0].trial.effect, "gear_friction");
+  EXPECT_NE(rest[0].refusal, both[1].refusal);  // nothing is likelier than it now
+  EXPECT_EQ(rest[0].evidence.statistic, both[1].evidence.statistic);
+}
+
+std::vector<std::string> unlike_noise(const Record& record) {
+  TraceRecords records;
+  records.estimation = {record};
+  const Explained now = standing_at(published_estimate());
+  return NoiseCheck(now, records).unlike_noise({});
+}
+
+bool any_has(const std::vector<std::string>& lines, std::string_view text) {
+  return std::ranges::any_of(
+      lines, [&](const std::string& l) { return l.find(text) != std::string::npos; });
+}
+
+/// Three pulses of a torque on the motor that nobody commanded, of 60 ms each.
+TEST(NoiseCheck, TellsPulsesFromNoise) {
+  constexpr double kPulse = 1.0;  // N.m
+  Record record = simulate_experiment(published_estimate(), {.samples = 8000}).record;
+  std::vector<Sample> pushed = record.samples;
+  for (const std::size_t at : {1500, 4000, 6300})
+    for (std::size_t k = at; k < at + 120; ++k) pushed[k].u += kPulse;
+  const std::vector<double> y =
+      simulate(published_estimate(), {0, 0, record.samples.front().y, 0, 0}, pushed, {});
+  const Record alone = with_noise(record, 0.3, 0.5, 1);
+  for (std::size_t k = 0; k < y.size(); ++k) record.samples[k].y = y[k];
+  EXPECT_TRUE(unlike_noise(alone).empty());
+  EXPECT_TRUE(any_has(unlike_noise(with_noise(record, 0.3, 0.5, 1)), "comes in bursts"));
+}
+
+/// Of a position that is counted the speed errs one way and back: no noise that is looked for does.
+TEST(NoiseCheck, TellsAnEncodersStepsFromNoise) {
+  constexpr double kCount = 1e-3;  // rad
+  Record record = simulate_experiment(published_estimate(), {.samples = 8000}).record;
+  double position = 0.0;
+  double counted = 0.0;
+  double last = record.samples.front().t;
+  for (Sample& sample : record.samples) {
+    const double dt = sample.t - last;
+    last = sample.t;
+    position += sample.y * dt;
+    const double before = std::exchange(counted, kCount * std::floor(position / kCount));
+    if (dt > 0.0) sample.y = (counted - before) / dt;
+  }
+  EXPECT_TRUE(any_has(unlike_noise(with_noise(record, 0.1, 0.0, 1)), "it is not noise alone"));
 }
 
 /// Two records, the second of an arm whose gear's spring is stiffer by that factor.

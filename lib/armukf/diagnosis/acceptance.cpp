@@ -28,6 +28,18 @@ bool helps_at(Horizon horizon, const Evidence& e, const AcceptanceSettings& s) {
          steadiness(falls) >= s.least_steadiness;
 }
 
+/// Whether it makes the nearest predictions worse. What happens in a few blocks only is known badly
+/// where one of them is left out: of what is told plainly, predictions of most blocks have to be
+/// worse.
+bool harms_near(const Witness& w, const AcceptanceSettings& s) {
+  if (w.help(kNear) >= -s.most_harm) return false;
+  if (!(w.most_help() >= s.plain_help)) return true;
+  const std::vector<double> falls = w.falls(kNear);
+  const auto worse = std::ranges::count_if(
+      falls, [&](double fall) { return fall < -std::log(1.0 + s.most_harm); });
+  return 2 * worse >= std::ssize(falls);
+}
+
 /// Where the likelihood finds an effect, parts of the records agree on its size, and predictions
 /// are no worse at any horizon, and in sum better.
 std::string against_likelihood(const Evidence& e, const AcceptanceSettings& s) {
@@ -135,7 +147,7 @@ std::string refusal_by_itself(const Evidence& e, const AcceptanceSettings& s) {
 std::string refusal(const Evidence& e, const AcceptanceSettings& s) {
   if (std::string reason = refusal_by_itself(e, s); !reason.empty()) return reason;
   for (const Witness& w : e.witnesses)
-    if (!(w.help(kNear) >= -s.most_harm))
+    if (harms_near(w, s))
       return fmt::format("makes predictions over {} samples of {} worse by {:.1f} %",
                          kHorizons[kNear], w.what, -100.0 * w.help(kNear));
   if (e.likelihood_gain) return against_likelihood(e, s);

@@ -23,7 +23,8 @@ struct AcceptanceSettings {
   /// were found on the records of two independent plants seven raised that error: five that were
   /// not there, by up to 81 %, and two that initial states had misled then.
   double most_harm_of_one = 0.03;
-  /// To the error of predictions, of what a simulation speaks against by most of its parts only.
+  /// To the error of predictions, of what a simulation speaks against by most of its parts only, or
+  /// the nearest predictions by those of most blocks.
   double plain_help = 0.3;
   /// To the error of predictions at some horizon, of what is refused since it makes others worse:
   /// something else may be missing as well, which is then looked for beside it.

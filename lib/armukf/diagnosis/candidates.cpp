@@ -33,9 +33,12 @@ constexpr double kSameLevel = 0.02;       // of two minima
 constexpr double kBetterMinimum = 0.005;  // by that in level
 constexpr double kFarMinimum = 1.0;       // of the level above the best: no effect leads back there
 constexpr double kLedUp = 0.05;           // of the level: a start that is not worth going on from
-constexpr double kMuchSoon = 0.1;         // of the error: the fast dynamics are not yet right
-constexpr double kFarMore = 2.0;          // times, of the merit
-constexpr double kPerParameter = 0.03;    // of the merit, the price of each further parameter
+/// Of the level: where most effects, and so the arm alone, get on with the first parts so much
+/// better than the base with the whole, what is missing shows later.
+constexpr double kShowsLater = 0.5;
+constexpr double kMuchSoon = 0.1;       // of the error: the fast dynamics are not yet right
+constexpr double kFarMore = 2.0;        // times, of the merit
+constexpr double kPerParameter = 0.03;  // of the merit, the price of each further parameter
 
 Explained with_errors(ForesightFit fit, const TraceRecords& records) {
   Explained result;
@@ -278,25 +281,19 @@ std::vector<Start> starts_of_happenings(const std::vector<ForesightFit>& bases, 
   return starts;
 }
 
-/// Every effect from its most promising starts on each base; the best of each, most promising
-/// first. records: as they are begun with, thinned.
-BegunFits begun_fits(const std::vector<Trial>& trials, const std::vector<ForesightFit>& bases,
-                     const Thinned& records, double density) {
-  const Thinned first_parts{beginnings(records.pieces), records.propagation, records.times};
+/// Every effect from its most promising starts on each base, begun on a part of the records; what
+/// happens on all of them (whole).
+BegunFits begun_on(const Beginning& part, const Beginning& whole, const std::vector<Trial>& trials,
+                   const std::vector<ForesightFit>& bases) {
   const std::size_t of_each = std::max<std::size_t>(2, kStarts / bases.size());
-  const Beginning first(bases, first_parts, density);
-  std::optional<Beginning> whole;
-  if (std::ranges::any_of(trials, happens)) whole.emplace(bases, records, density);
   std::vector<Start> starts;
   BegunFits all;
   for (std::size_t base = 0; base < bases.size(); ++base) {
-    Starts on = starts_on(bases, base, first.gains[base].judging, trials, of_each, first_parts);
+    Starts on = starts_on(bases, base, part.gains[base].judging, trials, of_each, part.records);
     std::erase_if(on.single, [](const Start& start) { return happens(*start.trial); });
     std::ranges::move(on.single, std::back_inserter(starts));
     std::ranges::move(on.pairs, std::back_inserter(all.pairs));
-    if (whole)
-      std::ranges::move(starts_of_happenings(bases, base, trials, *whole),
-                        std::back_inserter(starts));
+    std::ranges::move(starts_of_happenings(bases, base, trials, whole), std::back_inserter(starts));
   }
   std::vector<Begun>& begun = all.single;
   begun.resize(starts.size());
@@ -304,21 +301,38 @@ BegunFits begun_fits(const std::vector<Trial>& trials, const std::vector<Foresig
     const Trial& trial = *starts[i].trial;
     const std::size_t base = starts[i].base;
     const bool late = happens(trial);
-    const Beginning& looked_at = late ? *whole : first;
+    const Beginning& looked_at = late ? whole : part;
     const auto begun_from = [&](const Suggestion& from) {
       Begun b{&trial, looked_at.begun(from, base), base};
       b.level = looked_at.level(b.fit, base);
-      if (late) b.level += first.levels[base] - whole->levels[base];  // to compare with the others
+      if (late) b.level += part.levels[base] - whole.levels[base];  // to compare with the others
       return b;
     };
     begun[i] = begun_from(starts[i].suggestion);
     // A suggested size leaves the arm as it is. Where the two have to change together, as a payload
     // and the shares of inertia, that leads up instead of down.
-    if (begun[i].level < first.levels[base] + kLedUp) return;
+    if (begun[i].level < part.levels[base] + kLedUp) return;
     Begun from_none = begun_from(none_of(trial, bases[base]));
     if (from_none.level < begun[i].level) begun[i] = std::move(from_none);
   });
-  const std::vector<double> usual = medians(begun, bases.size());
+  return all;
+}
+
+/// Every effect from its most promising starts on each base; the best of each, most promising
+/// first. records: as they are begun with, thinned.
+BegunFits begun_fits(const std::vector<Trial>& trials, const std::vector<ForesightFit>& bases,
+                     const Thinned& records, double density) {
+  const Thinned first_parts{beginnings(records.pieces), records.propagation, records.times};
+  const Beginning whole(bases, records, density);
+  const Beginning first(bases, first_parts, density);
+  BegunFits all = begun_on(first, whole, trials, bases);
+  std::vector<Begun>& begun = all.single;
+  std::vector<double> usual = medians(begun, bases.size());
+  const auto best = std::ranges::min_element(whole.levels) - whole.levels.begin();
+  if (usual[best] < whole.levels[best] - kShowsLater) {
+    all = begun_on(whole, whole, trials, bases);
+    usual = medians(begun, bases.size());
+  }
   for (Begun& b : begun) b.excess = b.level - usual[b.base];
   keep_best(begun, kBegun);
   for_each_job(static_cast<int>(begun.size()), [&](int i) {

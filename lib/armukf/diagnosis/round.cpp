@@ -129,7 +129,12 @@ LookedAt looked_for(const Round& round, Standing& standing) {
   std::vector<ForesightFit> on{slow.fit};  // what is missing may have led it far astray
   on.insert(on.end(), standing.bases.begin(), standing.bases.end());
   add_slow(on, last);
-  if (best() != nullptr) return all;
+  if (const Refit* late = best(); late != nullptr) {
+    if (given_tried || !is_learnt_law(late->trial.model.effects.back().effect)) return all;
+    from_given();
+    best();
+    return all;
+  }
   if (standing.slow_first && fast() != nullptr) return all;
 
   std::vector<Trial> told = names;

@@ -12,9 +12,9 @@ namespace armukf {
 namespace {
 
 constexpr double kBurstLevel = 1e-4;    // of the test
-constexpr double kLeastKurtosis = 4.0;  // kurtosis, below which no one would call it bursts
+constexpr double kLeastKurtosis = 4.0;  // below which no one would call it bursts
 constexpr std::size_t kShortestStretch = 16;
-constexpr std::size_t kFewestStretches = 64;  // stretches
+constexpr std::size_t kFewestStretches = 64;
 
 /// Sums over stretches of so many values, one after the other.
 std::vector<double> sums_of(std::span<const double> values, std::size_t width) {

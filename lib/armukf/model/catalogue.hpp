@@ -44,6 +44,7 @@
 #include "armukf/model/effects/thermal_friction.hpp"
 #include "armukf/model/effects/thermal_friction_heated.hpp"
 #include "armukf/model/effects/thermal_torque.hpp"
+#include "armukf/model/effects/thermal_torque_heated.hpp"
 #include "armukf/model/effects/torque_bias.hpp"
 #include "armukf/model/effects/torque_curve.hpp"
 #include "armukf/model/effects/torque_gain.hpp"
@@ -67,8 +68,8 @@ using CataloguedEffect = std::variant<
     effects::PayloadChange, effects::SensorLag, effects::SpeedRipple,
     effects::ExternalTorque<kMotor>, effects::ExternalTorque<kArm>, effects::FrictionChange,
     effects::FrictionRipple, effects::TorqueRippleCommanded, effects::ThermalTorque,
-    effects::ThermalDamping, effects::GearStiffnessRipple, effects::TransmissionError,
-    effects::PoseInertia, effects::ArmBacklash, effects::SensorCoupling,
+    effects::ThermalTorqueHeated, effects::ThermalDamping, effects::GearStiffnessRipple,
+    effects::TransmissionError, effects::PoseInertia, effects::ArmBacklash, effects::SensorCoupling,
     effects::GearStiffnessChange, effects::ArmStiffnessChange, effects::GearSlip,
     effects::GearRelaxation, effects::TorqueLimit, effects::TorqueSlew, effects::FrictionLag,
     effects::DriveNotch, effects::SensorGain, effects::FrictionCurve, effects::GearSpringCurve,
