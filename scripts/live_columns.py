@@ -6,7 +6,7 @@ from array import array
 from operator import itemgetter
 
 STATES = {
-    "rad": "twist_gear twist_arm angle_curve_angle gravity_angle speed_ripple_angle torque_ripple_angle "
+    "rad": "twist_gear twist_arm angle_curve_angle gravity_angle speed_ripple_angle speed_ripple_constant_angle torque_ripple_angle "
            "torque_ripple_commanded_angle friction_ripple_angle external_torque_phase external_torque_arm_phase "
            "gear_stiffness_ripple_angle transmission_error_angle pose_inertia_angle "
            "mode_motor_deflection mode_gear_deflection mode_arm_deflection gear_relaxation_deflection",
@@ -36,8 +36,9 @@ PARAMETERS = {
          "gear_stiffness_change_time arm_stiffness_change_time friction_lag_time",
     "rad": "backlash arm_backlash transmission_error gear_hysteresis_distance presliding_distance gear_spring_curve_range "
            "arm_spring_curve_range",
-    "rad/s": "friction_curve_range",
-    "1/rad": "angle_curve_harmonic speed_ripple_harmonic torque_ripple_harmonic torque_ripple_commanded_harmonic "
+    "rad/s": "friction_curve_range speed_ripple_constant",
+    "1/rad": "angle_curve_harmonic speed_ripple_harmonic speed_ripple_constant_harmonic torque_ripple_harmonic "
+             "torque_ripple_commanded_harmonic "
              "friction_ripple_harmonic gear_stiffness_ripple_harmonic transmission_error_harmonic pose_inertia_harmonic",
     "Hz": "mode_motor_frequency mode_gear_frequency mode_arm_frequency external_torque_frequency "
           "external_torque_arm_frequency sensor_coupling_frequency drive_notch_frequency",

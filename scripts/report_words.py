@@ -31,6 +31,7 @@ PLAIN = {
     "payload_change": "a payload that changes",
     "sensor_lag": "a speed sensor that tells late",
     "speed_ripple": "a speed sensor that errs with the motor's angle",
+    "speed_ripple_constant": "a speed sensor that errs with the motor's angle, as much at any speed",
     "external_torque": "a torque from outside at a frequency of its own",
     "friction_change": "dry friction that becomes another",
     "friction_ripple": "dry friction that goes with the motor's angle",

@@ -29,16 +29,6 @@ std::vector<double> seconds(std::size_t count) {
   return times;
 }
 
-double kurtosis(const std::vector<double>& values) {
-  double squares = 0.0;
-  double fourths = 0.0;
-  for (const double v : values) {
-    squares += v * v;
-    fourths += v * v * v * v;
-  }
-  return fourths * static_cast<double>(values.size()) / (squares * squares);
-}
-
 /// Of 64 normal values the kurtosis is far from normal itself; its tail has to hold all the same.
 TEST(KurtosisTail, IsTheShareOfNormalSamplesBeyond) {
   constexpr int kSamples = 20000;
@@ -52,6 +42,12 @@ TEST(KurtosisTail, IsTheShareOfNormalSamplesBeyond) {
   }
   EXPECT_NEAR(one_in_twenty, 0.05 * kSamples, 0.01 * kSamples);
   EXPECT_NEAR(one_in_hundred, 0.01 * kSamples, 0.004 * kSamples);
+}
+
+TEST(Kurtosis, IsOfTwoValuesOneAndOfOneOutlierTheirNumber) {
+  EXPECT_DOUBLE_EQ(kurtosis(std::vector{2.0, -2.0, 2.0, -2.0}), 1.0);
+  EXPECT_DOUBLE_EQ(kurtosis(std::vector{0.0, 0.0, 5.0, 0.0, 0.0}), 5.0);
+  EXPECT_DOUBLE_EQ(kurtosis(std::vector{0.0, 0.0}), 3.0);
 }
 
 TEST(Bursts, AreNoneOfNoise) {

@@ -640,6 +640,20 @@ TEST(TransmissionError, WindsSpringAndDamper) {
   EXPECT_NEAR(with.back(), speed, 1e-12);
 }
 
+TEST(SpeedRippleConstant, IsAsLargeAtAnySpeed) {
+  Model model = published_estimate();
+  model.add_effect("speed_ripple_constant");
+  model.parameter("speed_ripple_constant").value = 0.5;
+  model.parameter("speed_ripple_constant_harmonic").value = 3.0;
+  const std::vector<double> p = model.values();
+  const Dynamics<double> dynamics(model, p.data());
+  for (const double speed : {0.0, -40.0}) {
+    const std::vector<double> x{0, 0, speed, 0, 0, 0.4};
+    EXPECT_NEAR(dynamics.measured(0.0, 0.0, x.data()), speed + 0.5 * std::cos(3.0 * 0.4), 1e-12);
+  }
+  EXPECT_EQ(family_of("speed_ripple_constant"), "speed_ripple");
+}
+
 TEST(PayloadChange, IsThereUntilItsEnd) {
   Model model = published_estimate();
   model.add_effect("payload_change");

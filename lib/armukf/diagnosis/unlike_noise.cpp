@@ -24,8 +24,9 @@ std::vector<double> sums_of(std::span<const double> values, std::size_t width) {
   return sums;
 }
 
-/// Moments about 0, where the mean ought to be.
-double kurtosis_of(const std::vector<double>& values) {
+}  // namespace
+
+double kurtosis(std::span<const double> values) {
   double squares = 0.0;
   double fourths = 0.0;
   for (const double v : values) {
@@ -35,14 +36,12 @@ double kurtosis_of(const std::vector<double>& values) {
   return squares > 0.0 ? fourths * static_cast<double>(values.size()) / (squares * squares) : 3.0;
 }
 
-}  // namespace
-
-double kurtosis_tail(double kurtosis, double values) {
+double kurtosis_tail(double at_least, double values) {
   const double n = values;
   const double expected = 3.0 * (n - 1.0) / (n + 1.0);
   const double variance =
       24.0 * n * (n - 2.0) * (n - 3.0) / ((n + 1.0) * (n + 1.0) * (n + 3.0) * (n + 5.0));
-  const double x = (kurtosis - expected) / std::sqrt(variance);
+  const double x = (at_least - expected) / std::sqrt(variance);
   const double skewness = 6.0 * (n * n - 5.0 * n + 2.0) / ((n + 7.0) * (n + 9.0)) *
                           std::sqrt(6.0 * (n + 3.0) * (n + 5.0) / (n * (n - 2.0) * (n - 3.0)));
   const double a =
@@ -65,9 +64,9 @@ std::optional<std::string> bursts(std::span<const double> innovations,
        width *= 2) {
     std::vector<double> sums = sums_of(innovations, width);
     looked_at += 1.0;
-    const double kurtosis = kurtosis_of(sums);
-    const double p = kurtosis_tail(kurtosis, static_cast<double>(sums.size()));
-    if (kurtosis > kLeastKurtosis && (!strongest || p < strongest->p_value))
+    const double peaked = kurtosis(sums);
+    const double p = kurtosis_tail(peaked, static_cast<double>(sums.size()));
+    if (peaked > kLeastKurtosis && (!strongest || p < strongest->p_value))
       strongest = {p, width, std::move(sums)};
   }
   if (!strongest || strongest->p_value * looked_at > kBurstLevel) return {};

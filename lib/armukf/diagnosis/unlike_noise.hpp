@@ -6,11 +6,14 @@
 
 namespace armukf {
 
-/// Probability that normal values, of which there are so many, have at least that kurtosis (mean
-/// fourth power over squared mean square; 3 expected). From 20 values on. Source: F. J. Anscombe,
-/// W. J. Glynn, "Distribution of the kurtosis statistic b2 for normal samples", Biometrika 70,
-/// 1983.
-double kurtosis_tail(double kurtosis, double values);
+/// Mean fourth power over squared mean square, about 0, where the mean ought to be; 3 of normal
+/// values, and where there are none but 0.
+double kurtosis(std::span<const double> values);
+
+/// Probability that so many normal values have at least that kurtosis. From 20 values on. Source:
+/// F. J. Anscombe, W. J. Glynn, "Distribution of the kurtosis statistic b2 for normal samples",
+/// Biometrika 70, 1983.
+double kurtosis_tail(double at_least, double values);
 
 /// Whether innovations one sample ahead, over their deviations, are not of the same strength all
 /// the time: in words when, and for how long, they are strongest. Means of stretches as long as

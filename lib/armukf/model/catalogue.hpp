@@ -39,6 +39,7 @@
 #include "armukf/model/effects/sensor_gain.hpp"
 #include "armukf/model/effects/sensor_lag.hpp"
 #include "armukf/model/effects/speed_ripple.hpp"
+#include "armukf/model/effects/speed_ripple_constant.hpp"
 #include "armukf/model/effects/stiffness_change.hpp"
 #include "armukf/model/effects/thermal_damping.hpp"
 #include "armukf/model/effects/thermal_friction.hpp"
@@ -65,7 +66,7 @@ using CataloguedEffect = std::variant<
     effects::PreslidingFriction, effects::Backlash, effects::GearHysteresis,
     effects::GearDampingQuadratic, effects::ArmStiffnessCubic, effects::FlexibleMode<kArm>,
     effects::FlexibleMode<kGear>, effects::FlexibleMode<kMotor>, effects::Gravity,
-    effects::PayloadChange, effects::SensorLag, effects::SpeedRipple,
+    effects::PayloadChange, effects::SensorLag, effects::SpeedRipple, effects::SpeedRippleConstant,
     effects::ExternalTorque<kMotor>, effects::ExternalTorque<kArm>, effects::FrictionChange,
     effects::FrictionRipple, effects::TorqueRippleCommanded, effects::ThermalTorque,
     effects::ThermalTorqueHeated, effects::ThermalDamping, effects::GearStiffnessRipple,
