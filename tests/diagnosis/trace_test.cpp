@@ -221,7 +221,7 @@ TEST(Trace, TakesEachPieceBetweenGapsForItself) {
   const Diagnosis diagnosis = trace(published_arm(), estimation, validation, {});
   EXPECT_EQ(diagnosis.base.best.x0.size(), 4U);
   EXPECT_EQ(diagnosis.base.best.residual.size(), 7000U);
-  ASSERT_EQ(diagnosis.effects.size(), 1U);
+  ASSERT_EQ(diagnosis.effects.size(), 1U) << diagnosis.effects.back().effect;
   EXPECT_EQ(diagnosis.effects[0].effect, "torque_ripple");
   expect_accepted_are_effects(diagnosis);
   EXPECT_NEAR(std::abs(diagnosis.after.model.parameter("torque_ripple").value), 0.2, 0.02);

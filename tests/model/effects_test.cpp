@@ -490,22 +490,6 @@ TEST(ThermalFrictionHeated, ChangesAsTheViscosityOfALubricantThatFrictionWarms) 
   }
 }
 
-TEST(ThermalTorqueHeated, GoesWithTheSquareOfTheTorque) {
-  Model model = published_estimate();
-  model.add_effect("thermal_torque_heated");
-  model.parameter("thermal_torque_heated").value = -0.1;
-  model.parameter("thermal_torque_heated_time").value = 4.0;
-  const double warm = model.parameter("thermal_torque_heated_torque").value;
-  const Coefficients<double> arm(model.values().data());
-  const auto rates = [&](double u, double warmth) {
-    return rates_of(model, 0.0, u, {0, 0, 0, 0, 0, warmth});
-  };
-  EXPECT_NEAR((rates(6.0, 2.0)[kSpeedMotor] - rates(6.0, 0.0)[kSpeedMotor]) / arm.motor_mobility,
-              (std::exp(-0.2) - 1.0) * 6.0, 1e-12);
-  EXPECT_NEAR(rates(-2.0 * warm, 1.0).back(), (4.0 - 1.0) / 4.0, 1e-12);
-  EXPECT_EQ(family_of("thermal_torque_heated"), "thermal_torque");
-}
-
 /// N.m that accelerate a mass at rest but for the motor, which turns, beside those of the bare arm.
 double torque_on(PlantMass site, const Model& model, double t, double speed_motor) {
   const std::vector<double> p = model.values();
@@ -597,6 +581,22 @@ TEST(GearRelaxation, IsASpringThatLetsGo) {
   const Coefficients<double> arm(model.values().data());
   EXPECT_NEAR((rates[kSpeedMotor] - bare[kSpeedMotor]) / arm.motor_mobility, -0.4, 1e-9);
   EXPECT_NEAR((rates[kSpeedGear] - bare[kSpeedGear]) / arm.gear_mobility, 0.4, 1e-9);
+}
+
+TEST(ThermalTorqueHeated, GoesWithTheSquareOfTheTorque) {
+  Model model = published_estimate();
+  model.add_effect("thermal_torque_heated");
+  model.parameter("thermal_torque_heated").value = -0.1;
+  model.parameter("thermal_torque_heated_time").value = 4.0;
+  const double warm = model.parameter("thermal_torque_heated_torque").value;
+  const Coefficients<double> arm(model.values().data());
+  const auto rates = [&](double u, double warmth) {
+    return rates_of(model, 0.0, u, {0, 0, 0, 0, 0, warmth});
+  };
+  EXPECT_NEAR((rates(6.0, 2.0)[kSpeedMotor] - rates(6.0, 0.0)[kSpeedMotor]) / arm.motor_mobility,
+              (std::exp(-0.2) - 1.0) * 6.0, 1e-12);
+  EXPECT_NEAR(rates(-2.0 * warm, 1.0).back(), (4.0 - 1.0) / 4.0, 1e-12);
+  EXPECT_EQ(family_of("thermal_torque_heated"), "thermal_torque");
 }
 
 TEST(TorqueLimit, FallsWithTheSpeedWhereTheMotorDrives) {
