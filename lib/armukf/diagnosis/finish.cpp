@@ -72,19 +72,23 @@ std::optional<Eigen::MatrixXd> covariance_given(const FittedModel& fit,
   return covariance;
 }
 
-/// Those of them that the fit tells beyond their deviations.
-std::vector<int> told_of(std::vector<int> positions, const FittedModel& fit) {
-  std::erase_if(positions, [&](int position) {
+/// The shapes of an effect that are taken as they are: all, as of what warms up slowly a short
+/// record tells no more than how fast it does; of what is rare, and comes near to more common
+/// effects, only those that the fit tells beyond their deviations.
+std::vector<int> given_shapes(const EffectSlot& slot, const FittedModel& fit) {
+  std::vector<int> shapes = positions_of(slot, Role::kShape);
+  if (!is_tried_last(slot.effect)) return shapes;
+  std::erase_if(shapes, [&](int position) {
     const auto estimate = std::ranges::find(fit.parameters, position, &ParameterEstimate::position);
     return estimate != fit.parameters.end() &&
            estimate->sd > std::abs(fit.model.parameters[position].value);
   });
-  return positions;
+  return shapes;
 }
 
 /// Whether all that makes an effect larger than nothing is 0, or together no further from it than
-/// so many deviations of a single size, its shapes as they are, if they are told. Together: beside
-/// an effect that can stand for a part of it each size may be anything, and yet they are not none.
+/// so many deviations of a single size, given its shapes. Together: beside an effect that can stand
+/// for a part of it each size may be anything, and yet they are not none.
 bool is_none(const EffectSlot& slot, const FittedModel& fit, double most_sds) {
   constexpr double kNothing = 1e-6;  // of a typical size: what a bound leaves
   std::vector<int> sizes = positions_of(slot, Role::kSize);
@@ -95,7 +99,7 @@ bool is_none(const EffectSlot& slot, const FittedModel& fit, double most_sds) {
   });
   if (sizes.empty()) return true;
   const std::optional<Eigen::MatrixXd> covariance =
-      covariance_given(fit, sizes, told_of(positions_of(slot, Role::kShape), fit));
+      covariance_given(fit, sizes, given_shapes(slot, fit));
   if (!covariance) return false;
   Eigen::VectorXd size(sizes.size());
   for (Eigen::Index i = 0; i < size.size(); ++i) size[i] = fit.model.parameters[sizes[i]].value;
