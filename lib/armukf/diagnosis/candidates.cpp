@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "armukf/batch/initial_states.hpp"
+#include "armukf/batch/pieces.hpp"
 #include "armukf/core/parallel.hpp"
 #include "armukf/diagnosis/ahead_score.hpp"
 
@@ -329,7 +330,8 @@ BegunFits begun_fits(const std::vector<Trial>& trials, const std::vector<Foresig
   std::vector<Begun>& begun = all.single;
   std::vector<double> usual = medians(begun, bases.size());
   const auto best = std::ranges::min_element(whole.levels) - whole.levels.begin();
-  if (usual[best] < whole.levels[best] - kShowsLater) {
+  const bool has_more = rows_of(records.pieces) > rows_of(first_parts.pieces);
+  if (has_more && usual[best] < whole.levels[best] - kShowsLater) {
     all = begun_on(whole, whole, trials, bases);
     usual = medians(begun, bases.size());
   }
