@@ -2,18 +2,17 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "armukf/batch/simulation.hpp"
 #include "batch/sensor_noise.hpp"
+#include "diagnosis/lines.hpp"
 #include "diagnosis/loop_records.hpp"
 
 namespace armukf {
@@ -248,11 +247,6 @@ std::vector<std::string> unlike_noise(const Record& record) {
   records.estimation = {record};
   const Explained now = standing_at(published_estimate());
   return NoiseCheck(now, records).unlike_noise({});
-}
-
-bool any_has(const std::vector<std::string>& lines, std::string_view text) {
-  return std::ranges::any_of(
-      lines, [&](const std::string& l) { return l.find(text) != std::string::npos; });
 }
 
 /// Three pulses of a torque on the motor that nobody commanded, of 60 ms each.

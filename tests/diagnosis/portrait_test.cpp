@@ -14,6 +14,7 @@
 #include "armukf/batch/experiment.hpp"
 #include "armukf/batch/simulation.hpp"
 #include "armukf/diagnosis/spectrum.hpp"
+#include "diagnosis/lines.hpp"
 
 namespace armukf {
 namespace {
@@ -113,11 +114,6 @@ std::vector<std::string> portrait_of_fit(const Record& record) {
   const std::vector<Record> pieces{record};
   const FittedModel fit = fitted(published_estimate(), {}, pieces, {}, 20);
   return portrait(fit, pieces, {});
-}
-
-bool any_has(const std::vector<std::string>& lines, const std::string& text) {
-  return std::ranges::any_of(
-      lines, [&](const std::string& l) { return l.find(text) != std::string::npos; });
 }
 
 TEST(Portrait, TellsAnInertiaThatGoesWithTheAngle) {
