@@ -209,17 +209,26 @@ class Stream {
   bool keeps_ = true;
 };
 
-/// The last pass, or the one in which the user has had enough.
-Pass all_passes(const EstimateOptions& o, ModelFile start) {
-  for (int pass = 1; pass < o.passes; ++pass) {
-    Pass early = Stream(o, start, nullptr).result();
-    if (is_stopped() || early.failure) return early;
-    start.model = next_start(start.model, early.estimate);
-  }
+/// The last one, whose rows are given out.
+Pass last_pass(const EstimateOptions& o, const ModelFile& start) {
   if (o.score || o.report.json == "-" || o.watch.events == "-" || o.save == "-")
     return Stream(o, start, nullptr).result();  // which has standard output to itself
   CsvWriter writer("-", stop_flag());
   return Stream(o, start, &writer).result();
+}
+
+/// The last pass, or the one in which the user has had enough; of one that is stopped before its
+/// first sample, the one before it.
+Pass all_passes(const EstimateOptions& o, ModelFile start) {
+  std::optional<Pass> before;
+  for (int pass = 1;; ++pass) {
+    const bool is_last = pass == o.passes;
+    Pass found = is_last ? last_pass(o, start) : Stream(o, start, nullptr).result();
+    if (before && is_stopped() && found.estimate.tally.samples() == 0) return *std::move(before);
+    if (is_last || is_stopped() || found.failure) return found;
+    start.model = next_start(start.model, found.estimate);
+    before = std::move(found);
+  }
 }
 
 /// The final parameters, simulated over what was kept.

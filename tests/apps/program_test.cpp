@@ -442,6 +442,18 @@ TEST_F(Program, InterruptInAnEarlyPassEndsWellWithWhatItHas) {
   EXPECT_EQ(run("evaluate a.csv --model early.toml").status, 0);
 }
 
+TEST_F(Program, InterruptBeforeAPassHasASampleKeepsThePassBefore) {
+  run("simulate -o a.csv --samples 3000 --sensor-noise 0.1");
+  // Of the pipe the first pass reads the record, the second waits for one.
+  EXPECT_EQ(shell("mkfifo f; $A f --passes 2 --save early.toml --json early.json > out 2> err &\n"
+                  "cat a.csv > f; sleep 1; exec 3> f; kill -INT $!; wait $!"),
+            0)
+      << text("err");
+  EXPECT_EQ(text("out"), "");
+  EXPECT_EQ(nlohmann::json::parse(text("early.json"))["samples"], 3000);
+  EXPECT_EQ(run("evaluate a.csv --model early.toml").status, 0);
+}
+
 TEST_F(Program, EffectMayBeThereTwiceAndIsSavedTwice) {
   ASSERT_EQ(run("simulate -o a.csv --samples 1200 --effect torque_ripple --effect torque_ripple:2 "
                 "--set torque_ripple_2=0.4 --set torque_ripple_harmonic_2=9 --save two.toml")
