@@ -144,6 +144,7 @@ void NoiseCheck::take_for_base(FoundMinimum found) {
   correlation_ = correlation_at(found);
   base_ = std::move(found);
   one_for_all_.reset();
+  promises_.reset();
   likelier_.reset();
 }
 
@@ -273,32 +274,68 @@ bool NoiseCheck::leaves_poor_minimum(const Model& with) {
   return true;
 }
 
-std::vector<NoiseCheck::Promise> NoiseCheck::promising(const std::vector<Trial>& trials,
-                                                       const Looks& looks) const {
-  constexpr double kWorthAFit = 0.1;  // p: a fit also finds the shape between the grid's points
-  constexpr std::size_t kMost = 5;
+const NoiseCheck::Promises& NoiseCheck::promises_of(const std::vector<Trial>& trials,
+                                                    const Looks& looks) {
+  if (promises_) return *promises_;
   const Thinned whole{pieces_, records_.propagation, 1};
   const AheadScore score(base_->model, base_->x0, whole, base_->gains);
-  std::vector<Suggestion> suggestions = score(trials);
-  std::vector<Promise> promises;
-  promises.reserve(trials.size());
+  Scores scores = score.with_pairs(trials);
+  const auto chance_of = [](double gain, double sizes) {
+    return chi_square_tail(2.0 * std::max(0.0, gain), sizes);
+  };
+  Promises all;
+  all.of_each.reserve(trials.size());
   for (std::size_t i = 0; i < trials.size(); ++i) {
     const Trial& trial = trials[i];
     const auto sizes = trial.cyclic_state >= 0 ? 2 : static_cast<int>(trial.sizes.size());
-    const double p = corrected(chi_square_tail(2.0 * std::max(0.0, suggestions[i].gain), sizes),
-                               trial.effect, looks);
-    promises.push_back({&trial, std::move(suggestions[i]), p});
+    const double chance = chance_of(scores.suggestions[i].gain, sizes);
+    all.of_each.push_back(
+        {trial, std::move(scores.suggestions[i]), corrected(chance, trial.effect, looks)});
   }
-  std::erase_if(promises, [](const Promise& p) { return !(p.p_value <= kWorthAFit); });
+  for (const MaskedPair& pair : scores.masked) {
+    const std::string& effect = trials[pair.first].effect;
+    const std::string& other = trials[pair.second].effect;
+    const double chance = chance_of(pair.gain, static_cast<double>(pair.sizes.size()));
+    all.of_pairs.push_back(
+        {effect, other, corrected(corrected(chance, effect, looks), other, looks)});
+  }
+  promises_ = std::move(all);
+  return *promises_;
+}
+
+bool NoiseCheck::may_find_any(const std::vector<Trial>& trials, const Looks& looks,
+                              const AcceptanceSettings& settings) {
+  constexpr double kMayBe = 0.3;  // p: of a fit, which is not linear, it may be far less
+  if (!noise_can_be_all(settings)) return true;
+  const Promises& promises = promises_of(trials, looks);
+  const auto is_asked = [&](const std::string& effect) {
+    return std::ranges::find(trials, effect, &Trial::effect) != trials.end();
+  };
+  return std::ranges::any_of(
+             promises.of_each,
+             [&](const Promise& p) { return p.p_value <= kMayBe && is_asked(p.trial.effect); }) ||
+         std::ranges::any_of(promises.of_pairs, [&](const PromiseOfTwo& p) {
+           return p.p_value <= kMayBe && is_asked(p.effect) && is_asked(p.other);
+         });
+}
+
+std::vector<NoiseCheck::Promise> NoiseCheck::promising(const std::vector<Trial>& trials,
+                                                       const Looks& looks) {
+  constexpr double kWorthAFit = 0.1;  // p: a fit also finds the shape between the grid's points
+  constexpr std::size_t kMost = 5;
+  const Looks asked = looks_of(trials);
+  std::vector<Promise> promises;
+  for (const Promise& p : promises_of(trials, looks).of_each)
+    if (p.p_value <= kWorthAFit && asked.contains(p.trial.effect)) promises.push_back(p);
   std::ranges::stable_sort(promises, std::greater{},
                            [](const Promise& p) { return p.suggestion.gain; });
-  keep_first_of_each(promises, kMoments, [](const Promise& p) { return manner_of(*p.trial); });
+  keep_first_of_each(promises, kMoments, [](const Promise& p) { return manner_of(p.trial); });
   std::set<std::string> effects;
   std::erase_if(promises, [&](const Promise& p) {
-    const bool is_new = !effects.contains(p.trial->effect);
+    const bool is_new = !effects.contains(p.trial.effect);
     if (is_new && effects.size() == kMost) return true;
-    effects.insert(p.trial->effect);
-    return !is_new && !happens(*p.trial);
+    effects.insert(p.trial.effect);
+    return !is_new && !happens(p.trial);
   });
   return promises;
 }
@@ -364,15 +401,14 @@ Refit NoiseCheck::refit_of(const Likelier& one, const Looks& looks,
 }
 
 std::vector<NoiseCheck::Likelier> NoiseCheck::likelier_than_chance(
-    const std::vector<Trial>& trials, const Looks& looks,
-    const AcceptanceSettings& settings) const {
+    const std::vector<Trial>& trials, const Looks& looks, const AcceptanceSettings& settings) {
   const std::vector<Promise> promises = promising(trials, looks);
   std::vector<FoundMinimum> found = likeliest_of(promises);
   std::vector<Likelier> all;
   for (std::size_t i = 0; i < found.size(); ++i) {
     const double more = more_values(found[i].model, now_.fit.model);
     const double gain = base_->loss - found[i].loss;
-    all.push_back({*promises[i].trial, std::move(found[i]), more, gain});
+    all.push_back({promises[i].trial, std::move(found[i]), more, gain});
   }
   std::erase_if(all,
                 [&](const Likelier& one) { return !(chance_of(one, looks) <= settings.most_p); });
@@ -491,21 +527,32 @@ std::vector<FoundMinimum> NoiseCheck::likeliest_in_its_stead(const Model& rest,
   std::vector<Model> starts;
   starts.reserve(rivals.size());
   for (const Refit& rival : rivals) starts.push_back(with_rival(rest, rival));
-  const auto search_from = [&](const Model& arm, double to_beat) {
-    std::vector<FoundMinimum> again(rivals.size());
-    for_each_job(count, [&](int i) {
-      again[i] = likeliest_near_base(with_values(starts[i], arm), falls_behind(to_beat));
-    });
-    for (int i = 0; i < count; ++i)
-      if (!found[i].any() || again[i].loss < found[i].loss) found[i] = std::move(again[i]);
+  const auto keep = [&](int i, FoundMinimum other) {
+    if (!found[i].any() || other.loss < found[i].loss) found[i] = std::move(other);
   };
-  search_from(rest, base_->loss);
-  search_from(base_->model, base_->loss);
+  const std::array<const Model*, 2> arms{&rest, &base_->model};
+  std::vector<FoundMinimum> begun(arms.size() * rivals.size());
+  for_each_job(static_cast<int>(begun.size()), [&](int i) {
+    begun[i] = likeliest_near_base(with_values(starts[i % count], *arms[i / count]),
+                                   [](const FoundMinimum& /*after one search*/) { return true; });
+  });
+  for (std::size_t i = 0; i < begun.size(); ++i)
+    keep(static_cast<int>(i) % count, std::move(begun[i]));
+  const auto search_on = [&](double to_beat, const auto& from) {
+    std::vector<FoundMinimum> again(rivals.size());
+    for_each_job(count, [&](int i) { again[i] = from(i, falls_behind(to_beat)); });
+    for (int i = 0; i < count; ++i) keep(i, std::move(again[i]));
+  };
+  search_on(base_->loss, [&](int i, const auto& ends) {
+    return likeliest(found[i].model, found[i].x0, found[i].noise, ends);
+  });
   const auto leader = std::ranges::min_element(found, {}, &FoundMinimum::loss);
   if (leader == found.end() || !(leader->loss < base_->loss)) return found;
   const Model arm = with_values(rest, leader->model);
   take_if_likelier(likeliest_near_base(with_values(base_->model, arm)));
-  search_from(arm, std::min(base_->loss, leader->loss));
+  search_on(std::min(base_->loss, leader->loss), [&](int i, const auto& ends) {
+    return likeliest_near_base(with_values(starts[i], arm), ends);
+  });
   return found;
 }
 

@@ -78,6 +78,12 @@ class NoiseCheck {
   std::vector<Refit> likelier(const std::vector<Trial>& trials, const Looks& looks,
                               const AcceptanceSettings& settings);
 
+  /// Whether any of those trials, or two of them that hide each other, may count as found: by one
+  /// linearised step with the likeliest noise. Always where noise cannot be all. Asked again, as
+  /// likelier().
+  bool may_find_any(const std::vector<Trial>& trials, const Looks& looks,
+                    const AcceptanceSettings& settings);
+
   /// Each rival on top of the rest, which is the model as it stands without one effect; the
   /// likeliest first. The likelihood is the sharpest judge of names where nothing but noise is
   /// left; where noise cannot be all there are none.
@@ -112,9 +118,22 @@ class NoiseCheck {
  private:
   /// A trial with what one linearised step would gain.
   struct Promise {
-    const Trial* trial;
+    Trial trial;
     Suggestion suggestion;
     double p_value;
+  };
+
+  /// The same of two effects that hide each other.
+  struct PromiseOfTwo {
+    std::string effect;
+    std::string other;
+    double p_value;
+  };
+
+  /// Of all trials that were asked about.
+  struct Promises {
+    std::vector<Promise> of_each;
+    std::vector<PromiseOfTwo> of_pairs;
   };
 
   /// An effect with what it gains of the log-likelihood, for so many values more that are fitted.
@@ -128,7 +147,7 @@ class NoiseCheck {
 
   /// Of those trials, all that are likelier than chance makes them, most first.
   std::vector<Likelier> likelier_than_chance(const std::vector<Trial>& trials, const Looks& looks,
-                                             const AcceptanceSettings& settings) const;
+                                             const AcceptanceSettings& settings);
 
   /// That of a gain, given all that was looked at.
   static double chance_of(const Likelier& one, const Looks& looks);
@@ -181,18 +200,21 @@ class NoiseCheck {
   FoundMinimum likeliest_near_base(const Model& start,
                                    const std::function<bool(const FoundMinimum&)>& ends = {}) const;
 
+  /// Of the trials that were asked about first: others are fewer of them.
+  const Promises& promises_of(const std::vector<Trial>& trials, const Looks& looks);
+
   /// Of each effect the most promising trial, of what happens several moments, if a fit of it may
   /// be beyond chance; the most promising first, and no more than are worth the time.
-  std::vector<Promise> promising(const std::vector<Trial>& trials, const Looks& looks) const;
+  std::vector<Promise> promising(const std::vector<Trial>& trials, const Looks& looks);
 
   /// One per promise: of those far behind the likeliest after one search that one, of the others
   /// the end of all, also from where the likeliest of all has led the arm: no name loses for having
   /// ended in another minimum.
   std::vector<FoundMinimum> likeliest_of(const std::vector<Promise>& promises) const;
 
-  /// One per rival, on top of the rest; from the arm of the rest, from the base's, and from that of
-  /// the likeliest of all, which the base is then looked for from as well: no name loses for having
-  /// ended in another minimum.
+  /// One per rival, on top of the rest: from the arm of the rest or from the base's, whichever one
+  /// search gets on better with; and from that of the likeliest of all, which the base is then
+  /// looked for from as well: no name loses for having ended in another minimum.
   std::vector<FoundMinimum> likeliest_in_its_stead(const Model& rest,
                                                    const std::vector<Refit>& rivals);
 
@@ -223,8 +245,8 @@ class NoiseCheck {
   std::optional<FoundMinimum> base_;
   std::optional<double> correlation_;  // of what the base leaves
   std::optional<bool> one_for_all_;    // once it has been asked
-  /// Of the trials that were asked about first: others are fewer of them.
-  std::optional<std::vector<Likelier>> likelier_;
+  std::optional<Promises> promises_;
+  std::optional<std::vector<Likelier>> likelier_;  // likewise
 };
 
 }  // namespace armukf

@@ -115,6 +115,26 @@ LookedAt looked_for(const Round& round, Standing& standing) {
     const Refit* first = fast();
     if (first != nullptr && comes_first(*first)) return all;
   }
+  // Of a torque that noise is to explain the innovations alone do not tell that it goes with the
+  // motion.
+  const auto is_complete = [&] {
+    const bool has_found = now.fit.model.effects.size() > round.given.effects.size();
+    return check().noise_can_be_all(settings) &&
+           (has_found ||
+            portrait(standing.simulated, records.estimation, records.propagation).empty());
+  };
+  if (is_complete()) {  // then nothing counts that the likelihood does not confirm
+    std::vector<Trial> any =
+        last_trials_for(now.fit.model, suggested, records.estimation, records.propagation);
+    Looks looks_at_any = looks;
+    looks_at_any.merge(looks_of(any));
+    any = without_set_aside(std::move(any));
+    any.insert(any.end(), names.begin(), names.end());
+    if (!check().may_find_any(any, looks_at_any, settings)) {
+      for (const auto& [effect, count] : looks_of(any)) found.others.push_back(effect);
+      return all;
+    }
+  }
   Explained slow = fitted_together(now, standing.held, records, kSlowDensity);
   const auto add_slow = [&](const std::vector<ForesightFit>& on, const std::vector<Trial>& trials) {
     add(contest(slow, on, trials, looks, records, settings), found);
@@ -142,14 +162,6 @@ LookedAt looked_for(const Round& round, Standing& standing) {
   std::erase_if(told, [](const Trial& trial) { return !likelihood_tells(trial); });
   add({noise->likelier(told, looks, settings), {}, {}}, found);
   if (best() != nullptr) return all;
-  // Of a torque that noise is to explain the innovations alone do not tell that it goes with the
-  // motion.
-  const auto is_complete = [&] {
-    const bool has_found = now.fit.model.effects.size() > round.given.effects.size();
-    return noise->noise_can_be_all(settings) &&
-           (has_found ||
-            portrait(standing.simulated, records.estimation, records.propagation).empty());
-  };
   if (!given_tried && !is_complete()) {
     from_given();
     if (best() != nullptr) return all;

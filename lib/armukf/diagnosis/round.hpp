@@ -52,7 +52,8 @@ struct LookedAt {
 /// told the effect before, it is asked first, and the fast one once more before nothing is found.
 /// If nothing is, and noise cannot be all that is left, or of a model without any effect is not,
 /// all more common effects are tried once more from the given values of the arm; at once where a
-/// spring has gone slack.
+/// spring has gone slack. Ends after the fast filter where noise can be all, and nothing promises
+/// to make the records likelier than chance.
 LookedAt looked_for(const Round& round, Standing& standing);
 
 /// The best of what a round has found, of single effects and of pairs.
