@@ -16,10 +16,10 @@ STATES = {
     "N·m": "drive_torque drive_response drive_response_rate input_delay_first input_delay_second drive_notch_band "
            "torque_slewed",
     "N·m·s": "drive_notch_passed gear_slip_load",
-    "–": "presliding_deflection gear_hysteresis_deflection thermal_heated_warmth "
+    "–": "presliding_deflection gear_hysteresis_deflection arm_hysteresis_deflection thermal_heated_warmth "
          "thermal_torque_warmth"}
 PARAMETERS = {
-    "N·m": "Fc Fcs arm_friction_coulomb gear_friction_coulomb coulomb_asymmetry gear_hysteresis gravity "
+    "N·m": "Fc Fcs arm_friction_coulomb gear_friction_coulomb coulomb_asymmetry gear_hysteresis arm_hysteresis gravity "
            "presliding_friction torque_bias torque_ripple torque_curve_range external_torque external_torque_arm "
            "friction_change friction_change_before friction_ripple gear_slip_torque torque_limit "
            "thermal_torque_heated_torque",
@@ -34,7 +34,7 @@ PARAMETERS = {
     "s": "drive_lag_time drive_response_time input_delay payload_time payload_until sensor_lag_time "
          "thermal_friction_time friction_change_time friction_change_until thermal_torque_time thermal_torque_heated_time thermal_damping_time thermal_heated_time gear_relaxation_time "
          "gear_stiffness_change_time arm_stiffness_change_time friction_lag_time",
-    "rad": "backlash arm_backlash transmission_error gear_hysteresis_distance presliding_distance gear_spring_curve_range "
+    "rad": "backlash arm_backlash transmission_error gear_hysteresis_distance arm_hysteresis_distance presliding_distance gear_spring_curve_range "
            "arm_spring_curve_range",
     "rad/s": "friction_curve_range speed_ripple_constant",
     "1/rad": "angle_curve_harmonic speed_ripple_harmonic speed_ripple_constant_harmonic torque_ripple_harmonic "

@@ -34,7 +34,7 @@ OVER = {"gravity": "motor_angle", "torque_ripple": "motor_angle",
         "gear_spring_curve": "twist_gear", "arm_spring_curve": "twist_arm", "torque_curve": "u",
         "angle_curve": "motor_angle", "gear_slip": "twist_gear", "gear_relaxation": "twist_gear", "torque_limit": "u", "torque_slew": "u", "friction_lag": "speed_motor",
         "drive_notch": "u", "gear_stiffness_change": "t", "arm_stiffness_change": "t",
-        "arm_backlash": "twist_arm", "friction_change": "t", "friction_ripple": "motor_angle", "external_torque": "t",
+        "arm_backlash": "twist_arm", "arm_hysteresis": "twist_arm", "friction_change": "t", "friction_ripple": "motor_angle", "external_torque": "t",
         "thermal_torque": "t", "thermal_damping": "t", "gear_stiffness_ripple": "motor_angle",
         "transmission_error": "motor_angle", "thermal_torque_heated": "t",
         "pose_inertia": "motor_angle"}

@@ -41,6 +41,7 @@ PLAIN = {
     "gear_stiffness_ripple": "a gear whose stiffness goes with the motor's angle",
     "transmission_error": "a gear that does not turn quite as its motor",
     "pose_inertia": "an arm whose inertia goes with its pose",
+    "arm_hysteresis": "dry friction inside the arm's spring",
     "arm_backlash": "play where the arm is joined to the gear box",
     "sensor_coupling": "a speed sensor on a coupling that swings",
     "gear_stiffness_change": "a gear whose stiffness becomes another",

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -196,50 +197,90 @@ TEST(NoiseCheck, DoesWithoutNothingWhereNoiseCannotBeAll) {
   EXPECT_FALSE(NoiseCheck(now, records).is_as_likely(published_estimate(), {}));
 }
 
-/// Of two effects, what counts as found though it may be too small for predictions to tell.
-std::vector<std::string> likelier(const Model& truth) {
-  const TraceRecords records = records_of(truth);
-  const Explained now = explained(published_arm(), {}, records, kForesightDensity);
+/// Asked about those effects at first, of what may be missing in records of a model.
+struct Asked {
+  TraceRecords records;
+  Explained now;
   std::vector<Trial> trials;
-  for (const std::string effect : {"gear_damping_quadratic", "torque_gain"})
-    for (Trial& trial : trials_of(effect, now.fit.model, {})) trials.push_back(std::move(trial));
-  NoiseCheck check(now, records);
+  NoiseCheck check;
+
+  explicit Asked(const Model& truth,
+                 const std::vector<std::string>& effects = {"gear_damping_quadratic",
+                                                            "torque_gain"})
+      : records(records_of(truth)),
+        now(explained(published_arm(), {}, records, kForesightDensity)),
+        check(now, records) {
+    for (const std::string& effect : effects)
+      for (Trial& trial : trials_of(effect, now.fit.model, {})) trials.push_back(std::move(trial));
+  }
+
+  bool may_find_any() { return check.may_find_any(trials, looks_of(trials), {}); }
+  void ask_no_more(const std::string& effect) {
+    std::erase_if(trials, [&](const Trial& t) { return t.effect == effect; });
+  }
+};
+
+/// What counts as found though it may be too small for predictions to tell.
+std::vector<std::string> likelier(Asked& about) {
   std::vector<std::string> found;
-  for (const Refit& refit : check.likelier(trials, looks_of(trials), {}))
+  for (const Refit& refit : about.check.likelier(about.trials, looks_of(about.trials), {}))
     if (refit.refusal.empty()) found.push_back(refit.trial.effect);
   return found;
 }
 
 TEST(NoiseCheck, FindsTheLikeliestOfSmallEffects) {
-  const Model truth = published_with("gear_damping_quadratic", 0.002);
-  EXPECT_EQ(likelier(truth), std::vector<std::string>{"gear_damping_quadratic"});
+  Asked about(published_with("gear_damping_quadratic", 0.002));
+  EXPECT_EQ(likelier(about), std::vector<std::string>{"gear_damping_quadratic"});
 }
 
 TEST(NoiseCheck, FindsNothingInNoise) {
-  EXPECT_EQ(likelier(published_estimate()), std::vector<std::string>{});
+  Asked about(published_estimate());
+  EXPECT_EQ(likelier(about), std::vector<std::string>{});
 }
 
 TEST(NoiseCheck, FindsNothingWhereNoiseCannotBeAll) {
-  const Model truth = published_with("input_delay", 4e-3);
-  EXPECT_EQ(likelier(truth), std::vector<std::string>{});
+  Asked about(published_with("input_delay", 4e-3));
+  EXPECT_EQ(likelier(about), std::vector<std::string>{});
 }
 
 /// What is set aside since is left out of what was found.
 TEST(NoiseCheck, LeavesOutWhatIsNotAskedAboutAgain) {
-  const TraceRecords records = records_of(published_with("gear_damping_quadratic", 0.002));
-  const Explained now = explained(published_arm(), {}, records, kForesightDensity);
-  std::vector<Trial> trials;
-  for (const std::string effect : {"gear_damping_quadratic", "torque_gain"})
-    for (Trial& trial : trials_of(effect, now.fit.model, {})) trials.push_back(std::move(trial));
-  NoiseCheck check(now, records);
-  const Looks looks = looks_of(trials);
-  const std::vector<Refit> first = check.likelier(trials, looks, {});
+  Asked about(published_with("gear_damping_quadratic", 0.002));
+  const Looks looks = looks_of(about.trials);
+  const std::vector<Refit> first = about.check.likelier(about.trials, looks, {});
   ASSERT_FALSE(first.empty());
   EXPECT_EQ(first[0].trial.effect, "gear_damping_quadratic");
-  EXPECT_EQ(check.likelier(trials, looks, {})[0].evidence.statistic, first[0].evidence.statistic);
-  std::erase_if(trials, [](const Trial& t) { return t.effect == "gear_damping_quadratic"; });
-  for (const Refit& refit : check.likelier(trials, looks, {}))
+  EXPECT_EQ(about.check.likelier(about.trials, looks, {})[0].evidence.statistic,
+            first[0].evidence.statistic);
+  about.ask_no_more("gear_damping_quadratic");
+  for (const Refit& refit : about.check.likelier(about.trials, looks, {}))
     EXPECT_EQ(refit.trial.effect, "torque_gain");
+}
+
+/// By a p below 0.3 of each, chance promises some of them.
+TEST(NoiseCheck, PromisesLittleOfNoise) {
+  const std::vector<std::string> effects{"gear_damping_quadratic", "torque_gain",  "torque_bias",
+                                         "coulomb_asymmetry",      "arm_friction", "sensor_lag",
+                                         "arm_stiffness_cubic",    "input_delay"};
+  const auto promised = std::ranges::count_if(effects, [](const std::string& effect) {
+    return Asked(published_estimate(), {effect}).may_find_any();
+  });
+  EXPECT_LE(promised, std::ssize(effects) / 2);
+}
+
+TEST(NoiseCheck, PromisesWhatIsThereUntilThatIsNotAskedAbout) {
+  Asked about(published_with("gear_damping_quadratic", 0.002));
+  EXPECT_TRUE(about.may_find_any());
+  about.ask_no_more("torque_gain");
+  EXPECT_TRUE(about.may_find_any());
+  about.ask_no_more("gear_damping_quadratic");
+  EXPECT_FALSE(about.may_find_any());
+}
+
+TEST(NoiseCheck, MayFindAnythingWhereNoiseCannotBeAll) {
+  Asked about(published_with("input_delay", 4e-3));
+  about.trials.clear();
+  EXPECT_TRUE(about.may_find_any());
 }
 
 std::vector<std::string> unlike_noise(const Record& record) {

@@ -202,9 +202,10 @@ TEST_P(InnerEffect, KeepsMomentum) {
 
 INSTANTIATE_TEST_SUITE_P(Catalogue, InnerEffect,
                          testing::Values("backlash", "gear_hysteresis", "gear_damping_quadratic",
-                                         "arm_stiffness_cubic", "arm_backlash", "gear_spring_curve",
-                                         "gear_stiffness_ripple", "transmission_error",
-                                         "thermal_damping", "arm_spring_curve"),
+                                         "arm_stiffness_cubic", "arm_backlash", "arm_hysteresis",
+                                         "gear_spring_curve", "gear_stiffness_ripple",
+                                         "transmission_error", "thermal_damping",
+                                         "arm_spring_curve"),
                          [](const auto& test) { return test.param; });
 
 /// Work (N.m.rad) that an effect of one state does on the arm in one cycle in which the motor
@@ -581,6 +582,23 @@ TEST(GearRelaxation, IsASpringThatLetsGo) {
   const Coefficients<double> arm(model.values().data());
   EXPECT_NEAR((rates[kSpeedMotor] - bare[kSpeedMotor]) / arm.motor_mobility, -0.4, 1e-9);
   EXPECT_NEAR((rates[kSpeedGear] - bare[kSpeedGear]) / arm.gear_mobility, 0.4, 1e-9);
+}
+
+TEST(ArmHysteresis, ResistsTheTwistOfTheArm) {
+  Model model = published_estimate();
+  model.add_effect("arm_hysteresis");
+  model.parameter("arm_hysteresis").value = 0.2;
+  const Coefficients<double> arm(model.values().data());
+  const auto rates = [&](double deflection) {  // the gear box 0.6 rad/s faster than the arm
+    return rates_of(model, 0.0, 0.0, {0, 0, 1.0, 1.0, 0.4, deflection});
+  };
+  const auto pushes = [&](int speed) { return rates(1.0)[speed] - rates(0.0)[speed]; };
+  EXPECT_NEAR(pushes(kSpeedArm) / arm.arm_mobility, 0.2, 1e-12);
+  EXPECT_NEAR(pushes(kSpeedGear) / arm.gear_mobility, -0.2, 1e-12);
+  EXPECT_EQ(pushes(kSpeedMotor), 0.0);
+  const double distance = model.parameter("arm_hysteresis_distance").value;
+  EXPECT_NEAR(rates(0.0).back(), 0.6 / distance, 1e-2 / distance);
+  EXPECT_NEAR(rates(1.0).back(), 0.0, 1e-2 / distance);
 }
 
 TEST(ThermalTorqueHeated, GoesWithTheSquareOfTheTorque) {

@@ -344,9 +344,17 @@ std::vector<FoundMinimum> NoiseCheck::likeliest_of(const std::vector<Promise>& p
   std::vector<FoundMinimum> all(promises.size());
   if (all.empty()) return all;
   for_each_job(static_cast<int>(all.size()), [&](int i) {
+    const auto one_search = [&](const Model& model, const StatesOfPieces& x0) {
+      return likeliest(model, x0, base_->noise,
+                       [](const FoundMinimum& /*after it*/) { return true; });
+    };
     const Suggestion& suggestion = promises[i].suggestion;
-    all[i] = likeliest(suggestion.model, suggestion.x0, base_->noise,
-                       [](const FoundMinimum& /*after one search*/) { return true; });
+    all[i] = one_search(suggestion.model, suggestion.x0);
+    if (all[i].loss < base_->loss) return;
+    // The noise of a size that is too large for the arm as it is hides the effect.
+    const Model none = with_values(promises[i].trial.model, base_->model);
+    FoundMinimum from_none = one_search(none, extended(base_->x0, none));
+    if (from_none.loss < all[i].loss) all[i] = std::move(from_none);
   });
   const auto likeliest_one = [&]() -> FoundMinimum {
     return *std::ranges::min_element(all, {}, &FoundMinimum::loss);

@@ -265,8 +265,7 @@ Simulated completed(Search& search, const Completing& completing, const Bases& f
   Diagnosis& diagnosis = search.diagnosis;
   Standing& standing = search.standing;
   for (int look = 0;; ++look) {
-    const int most_rounds = most_effects + static_cast<int>(search.dismissed.size());
-    if (look < kMostLooks) add_effects(search, completing, first, most_rounds, say);
+    if (look < kMostLooks) add_effects(search, completing, first, most_effects, say);
     if (diagnosis.effects.empty()) return without_any;
     say("removal", 0.9);
     remove_idle(completing, diagnosis, standing.now, standing.held);

@@ -8,6 +8,7 @@
 #include "armukf/model/effects/angle_curve.hpp"
 #include "armukf/model/effects/arm_backlash.hpp"
 #include "armukf/model/effects/arm_friction.hpp"
+#include "armukf/model/effects/arm_hysteresis.hpp"
 #include "armukf/model/effects/arm_spring_curve.hpp"
 #include "armukf/model/effects/arm_stiffness_cubic.hpp"
 #include "armukf/model/effects/backlash.hpp"
@@ -70,11 +71,11 @@ using CataloguedEffect = std::variant<
     effects::ExternalTorque<kMotor>, effects::ExternalTorque<kArm>, effects::FrictionChange,
     effects::FrictionRipple, effects::TorqueRippleCommanded, effects::ThermalTorque,
     effects::ThermalTorqueHeated, effects::ThermalDamping, effects::GearStiffnessRipple,
-    effects::TransmissionError, effects::PoseInertia, effects::ArmBacklash, effects::SensorCoupling,
-    effects::GearStiffnessChange, effects::ArmStiffnessChange, effects::GearSlip,
-    effects::GearRelaxation, effects::TorqueLimit, effects::TorqueSlew, effects::FrictionLag,
-    effects::DriveNotch, effects::SensorGain, effects::FrictionCurve, effects::GearSpringCurve,
-    effects::ArmSpringCurve, effects::TorqueCurve, effects::AngleCurve>;
+    effects::TransmissionError, effects::PoseInertia, effects::ArmBacklash, effects::ArmHysteresis,
+    effects::SensorCoupling, effects::GearStiffnessChange, effects::ArmStiffnessChange,
+    effects::GearSlip, effects::GearRelaxation, effects::TorqueLimit, effects::TorqueSlew,
+    effects::FrictionLag, effects::DriveNotch, effects::SensorGain, effects::FrictionCurve,
+    effects::GearSpringCurve, effects::ArmSpringCurve, effects::TorqueCurve, effects::AngleCurve>;
 
 /// An effect as the user names it: `torque_ripple`, or `torque_ripple:2` for the second of its
 /// kind.

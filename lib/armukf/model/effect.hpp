@@ -44,6 +44,7 @@ struct Motion {
   const T& speed_gear() const { return x[kSpeedGear]; }           // rad/s
   const T& speed_arm() const { return x[kSpeedArm]; }             // rad/s
   T gear_rate() const { return x[kSpeedMotor] - x[kSpeedGear]; }  // rad/s, of twist_gear
+  T arm_rate() const { return x[kSpeedGear] - x[kSpeedArm]; }     // rad/s, of twist_arm
 };
 
 /// 1/(kg.m^2), inverse inertia of that mass.
