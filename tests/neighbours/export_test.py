@@ -36,8 +36,8 @@ int main(void) {
   for (;;) {
     printf("%.17g\\n", arm_measured(t, u, x, arm_values));
     if (scanf("%lf %lf", &next_t, &next_u) != 2) return 0;
-    const double dt = (next_t - t) / 20.0;
-    for (int n = 0; n < 20; ++n) arm_step(t + n * dt, dt, u, arm_values, x);
+    const double dt = (next_t - t) / 100.0;
+    for (int n = 0; n < 100; ++n) arm_step(t + n * dt, dt, u, arm_values, x);
     t = next_t;
     u = next_u;
   }
