@@ -62,6 +62,9 @@ constexpr double kLikelier = 0.5;       // nats: another minimum
 constexpr double kHopelessNats = 20.0;  // that one search after another hardly makes good
 constexpr double kAsMuch = 0.4;         // of what the best gains
 
+/// Ends a search of several after the first.
+bool after_one_search(const FoundMinimum& /*found*/) { return true; }
+
 /// Whether a search has come to where it will not reach that loss any more: each goes on from the
 /// one before, and gains less.
 std::function<bool(const FoundMinimum&)> falls_behind(double loss) {
@@ -345,8 +348,7 @@ std::vector<FoundMinimum> NoiseCheck::likeliest_of(const std::vector<Promise>& p
   if (all.empty()) return all;
   for_each_job(static_cast<int>(all.size()), [&](int i) {
     const auto one_search = [&](const Model& model, const StatesOfPieces& x0) {
-      return likeliest(model, x0, base_->noise,
-                       [](const FoundMinimum& /*after it*/) { return true; });
+      return likeliest(model, x0, base_->noise, after_one_search);
     };
     const Suggestion& suggestion = promises[i].suggestion;
     all[i] = one_search(suggestion.model, suggestion.x0);
@@ -541,8 +543,8 @@ std::vector<FoundMinimum> NoiseCheck::likeliest_in_its_stead(const Model& rest,
   const std::array<const Model*, 2> arms{&rest, &base_->model};
   std::vector<FoundMinimum> begun(arms.size() * rivals.size());
   for_each_job(static_cast<int>(begun.size()), [&](int i) {
-    begun[i] = likeliest_near_base(with_values(starts[i % count], *arms[i / count]),
-                                   [](const FoundMinimum& /*after one search*/) { return true; });
+    begun[i] =
+        likeliest_near_base(with_values(starts[i % count], *arms[i / count]), after_one_search);
   });
   for (std::size_t i = 0; i < begun.size(); ++i)
     keep(static_cast<int>(i) % count, std::move(begun[i]));
