@@ -32,11 +32,11 @@ PARAMETERS = {
     "kg·m²": "J",
     "s/rad": "alpha beta sensor_gain_bend",
     "s": "drive_lag_time drive_response_time input_delay payload_time payload_until sensor_lag_time "
-         "thermal_friction_time friction_change_time friction_change_until thermal_torque_time thermal_torque_heated_time thermal_damping_time thermal_heated_time gear_relaxation_time "
+         "thermal_friction_time thermal_cold_time friction_change_time friction_change_until thermal_torque_time thermal_torque_heated_time thermal_damping_time thermal_heated_time gear_relaxation_time "
          "gear_stiffness_change_time arm_stiffness_change_time friction_lag_time",
     "rad": "backlash arm_backlash transmission_error gear_hysteresis_distance arm_hysteresis_distance presliding_distance gear_spring_curve_range "
            "arm_spring_curve_range",
-    "rad/s": "friction_curve_range speed_ripple_constant",
+    "rad/s": "friction_curve_range sensor_curve_range speed_ripple_constant",
     "1/rad": "angle_curve_harmonic speed_ripple_harmonic speed_ripple_constant_harmonic torque_ripple_harmonic "
              "torque_ripple_commanded_harmonic "
              "friction_ripple_harmonic gear_stiffness_ripple_harmonic transmission_error_harmonic pose_inertia_harmonic",
@@ -45,10 +45,11 @@ PARAMETERS = {
     "–": "a_m a_g load_dependent_friction payload presliding_share speed_ripple thermal_friction torque_gain "
          "mode_motor_share mode_gear_share mode_arm_share mode_motor_damping mode_gear_damping mode_arm_damping "
          "drive_response_damping sensor_coupling_share sensor_coupling_damping gravity_ratio thermal_torque thermal_torque_heated "
-         "thermal_damping gear_stiffness_ripple pose_inertia torque_ripple_commanded thermal_friction_heated "
-         "thermal_heated_viscous gear_stiffness_change arm_stiffness_change torque_limit_share torque_slew_share friction_lag_share "
+         "thermal_damping gear_stiffness_ripple pose_inertia torque_ripple_commanded thermal_friction_heated thermal_friction_cold "
+         "thermal_friction_viscous thermal_heated_viscous thermal_cold_viscous gear_stiffness_change arm_stiffness_change torque_limit_share torque_slew_share friction_lag_share "
          "drive_notch drive_notch_damping sensor_gain sensor_gain_asymmetry"}
-LEARNT_LAW = re.compile(r"(friction|gear_spring|arm_spring|torque|angle)_curve_(odd|even|cos|sin)_[a-d]")  # N·m
+LEARNT_LAWS = {"N·m": re.compile(r"(friction|gear_spring|arm_spring|torque|angle)_curve_(odd|even|cos|sin)_[a-d]"),
+               "rad/s": re.compile(r"sensor_curve_(odd|even)_[a-e]")}
 UNITS = {name: unit for kind in (STATES, PARAMETERS) for unit, names in kind.items() for name in names.split()}
 STATE_NAMES = {name for names in STATES.values() for name in names.split()}
 
@@ -66,7 +67,8 @@ def base(name):
 
 
 def unit_of(name):
-    return "N·m" if LEARNT_LAW.fullmatch(base(name)) else UNITS.get(base(name), "")
+    of_law = (unit for unit, sizes in LEARNT_LAWS.items() if sizes.fullmatch(base(name)))
+    return next(of_law, UNITS.get(base(name), ""))
 
 
 def is_state(name):

@@ -11,6 +11,7 @@ from style import BAND, BATCH, ESTIMATE, MEASURED, NINETY_PERCENT, TRUE
 
 UNITS = {"k_g1": "N·m/rad", "k_g3": "N·m/rad³", "k_a": "N·m/rad", "d_g": "N·m·s/rad",
          "d_a": "N·m·s/rad"}
+LAW_UNITS = {"torque": "N·m", "speed": "rad/s"}  # of what a learnt law gives
 MOST_POINTS = 2000  # more than a picture shows; keeps an SVG small
 NOT_PARAMETERS = {"innovation", "twist_gear", "twist_arm", "speed_motor", "speed_gear", "speed_arm"}
 ARM = {"Fv", "Fc", "Fcs", "alpha", "beta", "J", *TRUTH}  # before them stand states of effects
@@ -162,14 +163,14 @@ def events(rows, found):
 def laws(found):
     figure, axes = stacked(len(found), height=2.8)
     for axis, (name, law) in zip(axes, found.items()):
-        at, torque = np.array(law["at"]), np.array(law["torque"])
+        at, value = np.array(law["at"]), np.array(law[law["quantity"]])
         half = NINETY_PERCENT * np.array(law["sd"], dtype=float)  # NaN where nothing is known
-        axis.fill_between(at, torque - half, torque + half, color=BAND, linewidth=0,
+        axis.fill_between(at, value - half, value + half, color=BAND, linewidth=0,
                           label="90 % band")
-        axis.plot(at, torque, color=ESTIMATE, linewidth=1.2, label=name)
+        axis.plot(at, value, color=ESTIMATE, linewidth=1.2, label=name)
         axis.axhline(0.0, color=MEASURED, linewidth=0.6)
         axis.set_xlabel(f"{law['over']}, {law['unit']}")
-        axis.set_ylabel("torque, N·m")
+        axis.set_ylabel(f"{law['quantity']}, {LAW_UNITS[law['quantity']]}")
         axis.set_title(law["gives"], fontsize=10)
         axis.legend(fontsize=8)
     return figure

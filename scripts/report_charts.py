@@ -21,6 +21,7 @@ PAUSE = 0.02        # of all, between records that are shown one after another
 BANDS_HZ = (0, 1, 3, 10, 30, 100, 300, 1000, 3000, 10000)
 TURN = 2 * np.pi    # rad
 COLUMNS = ("y", "residual_before", "residual_after")
+LAW_UNITS = {"torque": "N·m", "speed": "rad/s"}  # of what a learnt law gives
 
 AXES = {"t": ("time", "s"), "u": ("torque u", "N·m"), "motor_angle": ("motor angle", "rad"),
         "twist_gear": ("gear twist", "rad"), "twist_arm": ("arm twist", "rad"), "speed_motor": ("motor speed", "rad/s"),
@@ -268,35 +269,37 @@ def over_of(name):
 
 def learnt(law, over):
     """The curve of a learnt law with its 90 % band, and how many samples were near each of its points."""
-    at, torque, sd = (np.array(law[key], dtype=float) for key in ("at", "torque", "sd"))  # a deviation of null: NaN
+    quantity = law["quantity"]
+    at, value, sd = (np.array(law[key], dtype=float) for key in ("at", quantity, "sd"))  # a deviation of null: NaN
     half = NINETY_PERCENT * sd
     middles = (at[:-1] + at[1:]) / 2
     count = np.bincount(np.searchsorted(middles, over[np.isfinite(over)]), minlength=len(at))
-    return {"name": "the law learnt", "x": axis(law["over"], unit_text(law["unit"])), "y": axis("torque", "N·m"),
-            "at": numbers(at), "counts": count.tolist(),
-            "lines": [line("90 % band, upper end", "fill", numbers(torque + half)),
-                      line("lower end", "fill", numbers(torque - half)),
-                      line("the law", "after", numbers(torque))],
+    return {"name": "the law learnt", "x": axis(law["over"], unit_text(law["unit"])),
+            "y": axis(quantity, LAW_UNITS[quantity]), "at": numbers(at), "counts": count.tolist(),
+            "lines": [line("90 % band, upper end", "fill", numbers(value + half)),
+                      line("lower end", "fill", numbers(value - half)),
+                      line("the law", "after", numbers(value))],
             "bands": [[0, 1, "fill"]]}
 
 
 def shape_of(effect, judged, laws):
     """What an effect does, over what it depends on, and over other quantities to choose from; None where the rows hold
-    no torque of it."""
+    no torque of it, and no law is learnt."""
     name = column_name(effect)
     law = laws.get(effect["name"])
+    first = over_of(name)
+    learnt_views = [learnt(law, judged[first])] if law and judged.has(first) else []
     column = next((c for c in judged.rows.dtype.names if c.startswith(name + "_torque_at_")), None)
     if column is None or not np.any(np.nan_to_num(judged[column])):
-        return None
+        return {"id": "shape_" + name, "title": law["gives"], "about": "grey: where the samples are",
+                "views": learnt_views} if learnt_views else None
     mass, torque = column.rpartition("_")[2], judged[column]
-    first = over_of(name)
     views = [shape(judged[over], *AXES[over], torque, mass) for over in [first] + [k for k in AXES if k != first]
              if over == "t" or judged.has(over)]
     harmonic = next((p["value"] for k, p in effect["parameters"].items() if "_harmonic" in k), None)
     if harmonic and judged.has("motor_angle"):
         period = judged["motor_angle"] % (TURN / harmonic)
         views.insert(0, shape(period, "angle in its period", "rad", torque, mass))
-    if law and judged.has(first):
-        views.insert(0, learnt(law, judged[first]))
+    views = learnt_views + views
     return {"id": "shape_" + name, "title": f"Torque at the {mass}", "about": "grey: where the samples are",
             "views": [view for view in views if view]}

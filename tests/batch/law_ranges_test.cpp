@@ -13,7 +13,7 @@ namespace {
 Model with_all_laws() {
   Model model = published_estimate();
   for (const char* name : {"friction_curve", "torque_bias", "gear_spring_curve", "arm_spring_curve",
-                           "torque_curve", "angle_curve"})
+                           "torque_curve", "angle_curve", "sensor_curve"})
     model.add_effect(name);
   return model;
 }
@@ -34,6 +34,8 @@ TEST(CoverRanges, TakesWhatTheRecordCovers) {
   EXPECT_NEAR(beyond(model.parameter("friction_curve_range").value,
                      [&](int k) { return std::abs(samples[k].y); }),
               0.01, 0.001);
+  EXPECT_EQ(model.parameter("sensor_curve_range").value,
+            model.parameter("friction_curve_range").value);
   EXPECT_NEAR(beyond(model.parameter("torque_curve_range").value,
                      [&](int k) { return std::abs(samples[k].u); }),
               0.01, 0.001);

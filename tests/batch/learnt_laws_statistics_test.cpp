@@ -144,11 +144,29 @@ TEST(AngleCurve, LearnsTwoHarmonicsAtOnce) {
   EXPECT_GT(removed("angle_curve", records), 0.9);
 }
 
+TEST(SensorCurve, LearnsADeadBand) {
+  // Below a third of a rad/s a tachometer shows next to nothing.
+  Records records = records_of(published_estimate());
+  for (Record* record : {&records.estimation, &records.validation})
+    for (Sample& sample : record->samples) sample.y -= 0.4 * std::tanh(sample.y / 0.4);
+  EXPECT_GT(removed("sensor_curve", records), 0.8);
+}
+
+TEST(SensorCurve, LearnsALimit) {
+  Records records = records_of(published_estimate());
+  double most = 0.0;
+  for (const Sample& sample : records.estimation.samples) most = std::max(most, std::abs(sample.y));
+  const double limit = 0.6 * most;
+  for (Record* record : {&records.estimation, &records.validation})
+    for (Sample& sample : record->samples) sample.y = std::clamp(sample.y, -limit, limit);
+  EXPECT_GT(removed("sensor_curve", records), 0.8);
+}
+
 /// One of each: no step of a filter leaves the numbers, wherever the motion is.
 TEST(LearntLaws, KeepEveryFilterFinite) {
   const Record record = experiment(published_estimate(), ExperimentKind::kEstimation);
-  for (const char* law :
-       {"friction_curve", "gear_spring_curve", "arm_spring_curve", "torque_curve", "angle_curve"}) {
+  for (const char* law : {"friction_curve", "gear_spring_curve", "arm_spring_curve", "torque_curve",
+                          "angle_curve", "sensor_curve"}) {
     Session session(start({law}), {});
     for (std::size_t k = 0; k < 2000; ++k) {
       const Estimate belief = session.step(record.samples[k]);

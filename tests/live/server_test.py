@@ -39,8 +39,8 @@ EFFECTS = """torque_bias torque_gain torque_ripple torque_ripple_commanded input
     payload_change sensor_lag speed_ripple speed_ripple_constant friction_curve gear_spring_curve arm_spring_curve
     torque_curve angle_curve external_torque friction_change friction_ripple arm_backlash arm_hysteresis sensor_coupling
     thermal_torque thermal_torque_heated thermal_damping external_torque_arm gear_stiffness_ripple transmission_error pose_inertia
-    thermal_friction_heated gear_stiffness_change arm_stiffness_change gear_slip gear_relaxation torque_limit torque_slew friction_lag
-    drive_notch sensor_gain""".split()
+    thermal_friction_heated thermal_friction_cold gear_stiffness_change arm_stiffness_change gear_slip gear_relaxation torque_limit torque_slew friction_lag
+    drive_notch sensor_gain sensor_curve""".split()
 PATIENCE_S = 20.0
 
 

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
+#include <Eigen/LU>
 #include <array>
 #include <cmath>
 #include <complex>
@@ -180,7 +182,7 @@ TEST_P(DissipativeEffect, NeverFeedsEnergy) {
 INSTANTIATE_TEST_SUITE_P(Catalogue, DissipativeEffect,
                          testing::Values("gear_friction", "arm_friction", "load_dependent_friction",
                                          "thermal_friction", "thermal_friction_heated",
-                                         "gear_damping_quadratic"),
+                                         "thermal_friction_cold", "gear_damping_quadratic"),
                          [](const auto& test) { return test.param; });
 
 /// Effects that act between two masses.
@@ -506,6 +508,31 @@ double torque_on(PlantMass site, const Model& model, double t, double speed_moto
   return (dx[kMasses[site].speed] - bare[kMasses[site].speed]) / mobility;
 }
 
+/// What is known of the friction is that of the cold arm, or of the warm one.
+TEST(ThermalFriction, BeginsAtWhatIsKnownOrEndsThere) {
+  constexpr double kSpeed = 20.0;
+  constexpr double kTime = 4.0;
+  for (const bool cold : {false, true}) {
+    const std::string prefix = cold ? "thermal_cold" : "thermal_friction";
+    Model model = published_estimate();
+    model.add_effect(cold ? "thermal_friction_cold" : "thermal_friction");
+    model.parameter(cold ? "thermal_friction_cold" : "thermal_friction").value = 0.4;
+    model.parameter(prefix + "_time").value = kTime;
+    const double whole = friction(Coefficients<double>(model.values().data()), kSpeed);
+    const double viscous = model.parameter("Fv").value * kSpeed;
+    for (const auto& [share, changing] : {std::pair{0.0, whole}, {1.0, viscous}}) {
+      model.parameter(prefix + "_viscous").value = share;
+      const auto torque = [&](double t) { return torque_on(kMotor, model, t, kSpeed); };
+      const double at_first = cold ? -0.4 * changing : 0.0;
+      const double in_the_end = cold ? 0.0 : -0.4 * changing;
+      EXPECT_NEAR(torque(0.0), at_first, 1e-12);
+      EXPECT_NEAR(torque(kTime), in_the_end + (at_first - in_the_end) * std::exp(-1.0), 1e-12);
+      EXPECT_NEAR(torque(1e3), in_the_end, 1e-12);
+    }
+  }
+  EXPECT_EQ(family_of("thermal_friction_cold"), "thermal_friction");
+}
+
 TEST(FrictionChange, IsOneUntilThenAndAnotherFromThenOn) {
   Model model = published_estimate();
   model.add_effect("friction_change");
@@ -794,6 +821,37 @@ TEST(Lags, AreNothingWhereThereIsNoneAndLagsAloneWhereTheyAreLong) {
   const double late = 4e-3;
   EXPECT_LT(std::abs(response(late) * (1.0 + 1i * omega * late) - 1.0), 0.01);
   for (double time = 0.0; time < 5e-3; time += 1e-4) EXPECT_LE(lag_rate(time), lag_rate(0.0));
+}
+
+/// A sinusoid of the command is late by the delay, as large as it was.
+TEST(InputDelay, ShiftsWhatIsSlowerThanItsInverse) {
+  constexpr double kDelay = 3e-3;
+  Model model = published_estimate();
+  model.add_effect("input_delay");
+  model.parameter("input_delay").value = kDelay;
+  const std::vector<double> p = model.values();
+  using Row = Eigen::Vector3d;  // torque, and the rates of the two states
+  const auto driven = [&](double u, double first, double second) -> Row {
+    std::vector<double> x(model.states.size(), 0.0);
+    x[kArmStates] = first;
+    x[kArmStates + 1] = second;
+    std::vector<double> dx(x.size());
+    Dynamics<double>(model, p.data()).derivative(0.0, u, x.data(), dx.data());
+    return {dx[kSpeedMotor] / Coefficients<double>(p.data()).motor_mobility, dx[kArmStates],
+            dx[kArmStates + 1]};
+  };
+  const Row by_u = driven(1.0, 0.0, 0.0);
+  Eigen::Matrix<double, 3, 2> by_states;
+  by_states << driven(0.0, 1.0, 0.0), driven(0.0, 0.0, 1.0);
+  for (const auto& [turn, most] : {std::pair{0.5, 0.001}, {1.0, 0.003}, {2.0, 0.05}}) {
+    const std::complex<double> s(0.0, turn / kDelay);
+    const Eigen::Matrix2cd a =
+        s * Eigen::Matrix2cd::Identity() - by_states.bottomRows<2>().cast<std::complex<double>>();
+    const Eigen::Vector2cd states = a.inverse() * by_u.tail<2>().cast<std::complex<double>>();
+    const std::complex<double> given =
+        by_u[0] + (by_states.topRows<1>().cast<std::complex<double>>() * states)[0];
+    EXPECT_NEAR(std::abs(given - std::polar(1.0, -turn)), 0.0, most) << turn;
+  }
 }
 
 TEST(Lags, HoldTheirTimeConstantAgainstASlowRamp) {

@@ -23,6 +23,7 @@ using effects::AngleCurve;
 using effects::ArmSpringCurve;
 using effects::FrictionCurve;
 using effects::GearSpringCurve;
+using effects::SensorCurve;
 using effects::TorqueCurve;
 
 /// Sizes drawn about 0, shapes as they come.
@@ -39,7 +40,8 @@ std::array<double, E::parameters.size()> drawn(unsigned seed) {
 
 template <class E>
 class Curve : public testing::Test {};
-using Curves = testing::Types<FrictionCurve, GearSpringCurve, ArmSpringCurve, TorqueCurve>;
+using Curves =
+    testing::Types<FrictionCurve, GearSpringCurve, ArmSpringCurve, TorqueCurve, SensorCurve>;
 TYPED_TEST_SUITE(Curve, Curves);
 
 TYPED_TEST(Curve, IsNothingAtZeroAndConstantBeyondItsEnd) {
@@ -143,19 +145,19 @@ TEST(AngleCurve, RepeatsOverItsPeriodAndIsTheSumOfItsHarmonics) {
   }
 }
 
-TEST(LearntLaws, AreFiveOfTheCatalogue) {
+TEST(LearntLaws, AreSixOfTheCatalogue) {
   int found = 0;
   for (const std::string_view name : effect_names()) {
     const bool curve = name.ends_with("_curve");
     EXPECT_EQ(is_learnt_law(find_effect(name)), curve) << name;
     found += curve ? 1 : 0;
   }
-  EXPECT_EQ(found, 5);
+  EXPECT_EQ(found, 6);
 }
 
 TEST(LearntLaws, AddTheirSizesAsUnknownsAndTheirRangesAsKnown) {
-  for (const char* name :
-       {"friction_curve", "gear_spring_curve", "arm_spring_curve", "torque_curve", "angle_curve"}) {
+  for (const char* name : {"friction_curve", "gear_spring_curve", "arm_spring_curve",
+                           "torque_curve", "angle_curve", "sensor_curve"}) {
     Model model = published_estimate();
     model.add_effect(name);
     model.add_effect(std::string(name) + ":2");  // names that clash would show
@@ -192,10 +194,10 @@ TEST(LearntLaws, AreTabulatedWithTheDeviationOfWhatIsUnknown) {
   EXPECT_EQ(table.axes.over, "speed_motor");
   EXPECT_EQ(table.at.front(), -32.0);
   EXPECT_EQ(table.at.back(), 32.0);
-  EXPECT_EQ(table.torque[32], 0.0);
+  EXPECT_EQ(table.value[32], 0.0);
   EXPECT_NEAR(table.sd[32], 0.0, 1e-12);
   // Both steps are over there: 0.5 N.m, and the variance of the sum.
-  EXPECT_NEAR(table.torque.back(), 0.5, 1e-12);
+  EXPECT_NEAR(table.value.back(), 0.5, 1e-12);
   EXPECT_NEAR(table.sd.back(), std::sqrt(0.04 + 0.09 - 2.0 * 0.03), 1e-9);
   EXPECT_TRUE(tabulated_laws(model, {}).front().sd.empty());
   // What is not known at all spoils the curve from where it matters on.

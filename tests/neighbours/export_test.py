@@ -18,9 +18,9 @@ from pathlib import Path
 PROGRAM = Path(sys.argv.pop(1)).resolve()
 ALLOWED = 1e-6  # rad/s
 STRICT = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-O2"]
-# Where the usual value shows little within half a second, or bends more sharply than both steps follow.
+# Where the usual value shows little within half a second, bends more sharply than both steps follow, or runs away.
 TELLING = {"payload_time": 0.2, "payload_until": 0.4, "torque_slew": 3000.0, "thermal_friction_time": 0.3,
-           "drive_response_time": 0.002}
+           "drive_response_time": 0.002, "thermal_torque_heated_torque": 30.0}
 GROUPS = 6  # of effects, so that no model has more states than armukf allows
 
 DRIVER = """

@@ -177,7 +177,7 @@ class Charts(unittest.TestCase):
 
     def test_a_learnt_law_is_drawn_with_its_band_before_all_else(self):
         judged = charts.Judged(made_up.rows(4000))
-        law = {"over": "twist", "unit": "rad", "gives": "torque at the gear", "at": [-0.1, 0.0, 0.1],
+        law = {"over": "twist", "unit": "rad", "gives": "torque at the gear", "quantity": "torque", "at": [-0.1, 0.0, 0.1],
                "torque": [-1.0, 0.0, 1.0], "sd": [None, 0.1, 0.2]}
         view = charts.shape_of(made_up.found()["effects"][0], judged, {"backlash": law})["views"][0]
         values = {line["name"]: line["values"] for line in view["lines"]}
@@ -186,6 +186,19 @@ class Charts(unittest.TestCase):
         self.assertEqual(sum(view["counts"]), 4000)
         # Half way between the law's points, where no twist of a record lies by rounding on the one side or the other.
         self.assertEqual(view["counts"][0], np.count_nonzero(judged["twist_gear"] < -0.05))
+
+
+    def test_a_learnt_law_of_the_sensor_is_drawn_though_no_mass_feels_it(self):
+        judged = charts.Judged(made_up.rows(4000))
+        law = {"over": "speed_motor", "unit": "rad/s", "gives": "shown speed", "quantity": "speed", "at": [-9.0, 0.0, 9.0],
+               "speed": [-0.5, 0.0, 0.5], "sd": [0.1, 0.0, 0.1]}
+        sensor = {"name": "sensor_curve", "parameters": {}}
+        chart = charts.shape_of(sensor, judged, {"sensor_curve": law})
+        self.assertEqual(chart["title"], "shown speed")
+        [view] = chart["views"]
+        self.assertEqual(view["y"], {"name": "speed", "unit": "rad/s", "log": False})
+        self.assertEqual(view["lines"][-1]["values"], [-0.5, 0.0, 0.5])
+        self.assertIsNone(charts.shape_of(sensor, judged, {}))
 
 
 class Words(unittest.TestCase):

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "armukf/diagnosis/scatter.hpp"
 #include "armukf/diagnosis/trial.hpp"
@@ -36,6 +38,18 @@ ForesightFit without_effect(const Completing& completing, const std::string& eff
   fewer.density = fit.density;
   fewer.x0 = states_by_name(fewer.model, fit.model, fit.x0);
   return fewer;
+}
+
+/// Effects in the order in which they may go: what is rare before the rest, each as it was found.
+/// Two that each do what the other does need not both be there, and the common one is the likelier.
+std::vector<std::string> rare_first(const std::vector<FoundEffect>& effects) {
+  std::vector<std::string> names;
+  names.reserve(effects.size());
+  for (const FoundEffect& found : effects) names.push_back(found.effect);
+  std::ranges::stable_partition(names, [](const std::string& name) {
+    return is_tried_last(find_effect(parse_effect_name(name).kind));
+  });
+  return names;
 }
 
 /// Whether it is refused for nothing but what it takes from the records of another effect.
@@ -144,16 +158,16 @@ std::optional<Exchange> exchanged(const std::vector<Refit>& refits, const Refit*
 
 void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& now, Held& held) {
   const bool validated = !completing.records.validation.empty();
-  for (std::size_t i = 0; diagnosis.effects.size() > 1 && i < diagnosis.effects.size();) {
-    std::optional<Explained> rest = explained_as_well(
-        without_effect(completing, diagnosis.effects[i].effect, diagnosis.effects, now.fit),
-        completing.bases, now.estimation, completing.records);
-    if (!rest || !as_well(*rest, now, kMiddle, validated, kNoHelp)) {
-      ++i;
-      continue;
-    }
+  for (const std::string& effect : rare_first(diagnosis.effects)) {
+    if (diagnosis.effects.size() < 2) return;
+    std::optional<Explained> rest =
+        explained_as_well(without_effect(completing, effect, diagnosis.effects, now.fit),
+                          completing.bases, now.estimation, completing.records);
+    if (!rest || !as_well(*rest, now, kMiddle, validated, kNoHelp)) continue;
     now = std::move(*rest);
-    take_out(i, "no longer helps beside what was found after it", completing.base, diagnosis, held);
+    const auto place = std::ranges::find(diagnosis.effects, effect, &FoundEffect::effect);
+    take_out(static_cast<std::size_t>(place - diagnosis.effects.begin()),
+             "no longer helps beside the others", completing.base, diagnosis, held);
   }
 }
 

@@ -61,7 +61,8 @@ std::optional<Exchange> exchanged(const std::vector<Refit>& refits, const Refit*
                                   const Looks& looks, const Completing& completing,
                                   const std::vector<FoundEffect>& effects, const Explained& now);
 
-/// Takes out again what no longer helps; what is taken out was not accepted in the end.
+/// Takes out again what no longer helps, of two that do the same the rarer one; what is taken out
+/// was not accepted in the end.
 void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& now, Held& held);
 
 }  // namespace armukf

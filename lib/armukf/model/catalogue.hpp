@@ -37,6 +37,7 @@
 #include "armukf/model/effects/pose_inertia.hpp"
 #include "armukf/model/effects/presliding_friction.hpp"
 #include "armukf/model/effects/sensor_coupling.hpp"
+#include "armukf/model/effects/sensor_curve.hpp"
 #include "armukf/model/effects/sensor_gain.hpp"
 #include "armukf/model/effects/sensor_lag.hpp"
 #include "armukf/model/effects/speed_ripple.hpp"
@@ -44,6 +45,7 @@
 #include "armukf/model/effects/stiffness_change.hpp"
 #include "armukf/model/effects/thermal_damping.hpp"
 #include "armukf/model/effects/thermal_friction.hpp"
+#include "armukf/model/effects/thermal_friction_cold.hpp"
 #include "armukf/model/effects/thermal_friction_heated.hpp"
 #include "armukf/model/effects/thermal_torque.hpp"
 #include "armukf/model/effects/thermal_torque_heated.hpp"
@@ -64,18 +66,19 @@ using CataloguedEffect = std::variant<
     effects::DriveLag, effects::DriveLagSecondOrder, effects::FrictionParameters,
     effects::CoulombAsymmetry, effects::GearFriction, effects::ArmFriction,
     effects::LoadDependentFriction, effects::ThermalFriction, effects::ThermalFrictionHeated,
-    effects::PreslidingFriction, effects::Backlash, effects::GearHysteresis,
-    effects::GearDampingQuadratic, effects::ArmStiffnessCubic, effects::FlexibleMode<kArm>,
-    effects::FlexibleMode<kGear>, effects::FlexibleMode<kMotor>, effects::Gravity,
-    effects::PayloadChange, effects::SensorLag, effects::SpeedRipple, effects::SpeedRippleConstant,
-    effects::ExternalTorque<kMotor>, effects::ExternalTorque<kArm>, effects::FrictionChange,
-    effects::FrictionRipple, effects::TorqueRippleCommanded, effects::ThermalTorque,
-    effects::ThermalTorqueHeated, effects::ThermalDamping, effects::GearStiffnessRipple,
-    effects::TransmissionError, effects::PoseInertia, effects::ArmBacklash, effects::ArmHysteresis,
-    effects::SensorCoupling, effects::GearStiffnessChange, effects::ArmStiffnessChange,
-    effects::GearSlip, effects::GearRelaxation, effects::TorqueLimit, effects::TorqueSlew,
-    effects::FrictionLag, effects::DriveNotch, effects::SensorGain, effects::FrictionCurve,
-    effects::GearSpringCurve, effects::ArmSpringCurve, effects::TorqueCurve, effects::AngleCurve>;
+    effects::ThermalFrictionCold, effects::PreslidingFriction, effects::Backlash,
+    effects::GearHysteresis, effects::GearDampingQuadratic, effects::ArmStiffnessCubic,
+    effects::FlexibleMode<kArm>, effects::FlexibleMode<kGear>, effects::FlexibleMode<kMotor>,
+    effects::Gravity, effects::PayloadChange, effects::SensorLag, effects::SpeedRipple,
+    effects::SpeedRippleConstant, effects::ExternalTorque<kMotor>, effects::ExternalTorque<kArm>,
+    effects::FrictionChange, effects::FrictionRipple, effects::TorqueRippleCommanded,
+    effects::ThermalTorque, effects::ThermalTorqueHeated, effects::ThermalDamping,
+    effects::GearStiffnessRipple, effects::TransmissionError, effects::PoseInertia,
+    effects::ArmBacklash, effects::ArmHysteresis, effects::SensorCoupling,
+    effects::GearStiffnessChange, effects::ArmStiffnessChange, effects::GearSlip,
+    effects::GearRelaxation, effects::TorqueLimit, effects::TorqueSlew, effects::FrictionLag,
+    effects::DriveNotch, effects::SensorGain, effects::FrictionCurve, effects::GearSpringCurve,
+    effects::ArmSpringCurve, effects::TorqueCurve, effects::AngleCurve, effects::SensorCurve>;
 
 /// An effect as the user names it: `torque_ripple`, or `torque_ripple:2` for the second of its
 /// kind.

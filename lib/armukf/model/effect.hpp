@@ -265,9 +265,10 @@ concept LatePartOfDrive = PartOfDrive<E> && E::answer == Answer::kLate;
 
 /// What a learnt law is a law of, for whoever reads its curve.
 struct LawAxes {
-  std::string_view over;   // what it goes with
-  std::string_view unit;   // of that
-  std::string_view gives;  // the torque (N.m) that it tells
+  std::string_view over;                 // what it goes with
+  std::string_view unit;                 // of that
+  std::string_view gives;                // what it tells
+  std::string_view quantity = "torque";  // that is, in N.m; or "speed", in rad/s
 };
 
 /// From where to where a learnt law is free.
@@ -280,7 +281,7 @@ struct LawSpan {
 /// in its sizes. Beside what every effect has it tells
 ///
 ///     abscissa(motion, x)   -> T, the quantity that it goes with
-///     law(at, p)            -> T, N.m, the curve there
+///     law(at, p)            -> T, the curve there: N.m, or rad/s that the sensor shows
 ///     span(p)               -> LawSpan, outside of which it goes on as it ends, or repeats
 ///     axes                  LawAxes
 ///     range                 position of the parameter that is the greatest magnitude of the

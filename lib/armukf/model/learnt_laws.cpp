@@ -77,7 +77,7 @@ LawTable tabulated(const Model& model, const EffectSlot& slot, const SquareMatri
   for (int k = 0; k < points; ++k) {
     const double at = span.from + (span.to - span.from) * k / (points - 1.0);
     table.at.push_back(at);
-    table.torque.push_back(E::law(at, p.data()));
+    table.value.push_back(E::law(at, p.data()));
     if (covariance.size() > 0) table.sd.push_back(deviation(gradient<E>(at, p), share, covariance));
   }
   return table;

@@ -12,9 +12,9 @@ namespace armukf {
 struct LawTable {
   std::string effect;  // as the user says it: `friction_curve`, `friction_curve:2`
   LawAxes axes;
-  std::vector<double> at;      // in the unit of its axes, ascending
-  std::vector<double> torque;  // N.m, in the sense that the axes tell
-  std::vector<double> sd;      // N.m; infinite where the records tell nothing
+  std::vector<double> at;     // in the unit of its axes, ascending
+  std::vector<double> value;  // N.m or rad/s, in the sense that the axes tell
+  std::vector<double> sd;     // of that; infinite where the records tell nothing
 };
 
 /// The curves of a model's learnt laws, each at that many points from end to end of what it is free

@@ -6,7 +6,7 @@
 /// it, changes: an older checkpoint is then refused instead of being misread.
 namespace armukf {
 
-inline constexpr Seal kSessionSeal{"armukf_s", 11};
-inline constexpr Seal kTrackSeal{"armukf_t", 14};
+inline constexpr Seal kSessionSeal{"armukf_s", 12};
+inline constexpr Seal kTrackSeal{"armukf_t", 15};
 
 }  // namespace armukf

@@ -7,8 +7,9 @@
 
 namespace armukf {
 
-/// The curves of the learnt laws in a fit, by the effect's name: {"over","unit","gives","at":[..],
-/// "torque":[..],"sd":[..]}; none: an empty object. covariance: of the unknown parameters.
+/// The curves of the learnt laws in a fit, by the effect's name: {"over","unit","gives",
+/// "quantity","at":[..],"torque":[..] or "speed":[..], as the quantity says,"sd":[..]}; none: an
+/// empty object. covariance: of the unknown parameters.
 nlohmann::ordered_json laws_json(const Model& model, const SquareMatrix& covariance);
 
 }  // namespace armukf

@@ -20,18 +20,13 @@ struct ThermalFrictionHeated {
   static constexpr double kWarmPower = 10.0;  // W
   static constexpr std::array parameters{
       EffectParameter{"thermal_friction_heated", "-", 0.0, -3.0, 1.0, 0.1},
-      warming_time("thermal_heated_time"),
-      EffectParameter{
-          "thermal_heated_viscous", "-", 0.0, 0.0, 1.0, 0.5, Role::kShape, {0.0, 1.0, 2}, true}};
+      warming_time("thermal_heated_time"), viscous_share("thermal_heated_viscous")};
   static constexpr std::array states{
       EffectState{"thermal_heated_warmth", "-", Beginning::kZero, 0.5}};
 
   template <class T>
   static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
-    const T& w = motion.speed_motor();
-    const T viscous = motion.arm.Fv * w;
-    const T changing = viscous + (1.0 - p[2]) * (friction(motion.arm, w) - viscous);
-    return {-((exp(T(p[0] * x[0])) - 1.0) * changing)};
+    return {-((exp(T(p[0] * x[0])) - 1.0) * friction_that_changes(motion, p[2]))};
   }
 
   template <class T>
