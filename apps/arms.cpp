@@ -195,7 +195,7 @@ class Arms {
         complaints_(job.report.quiet),
         rows_(job.input, job.columns, job.stream, complaints_),
         checkpoints_(job.stream.checkpoint, job.stream.every_s, complaints_),
-        events_(job.watch.events) {
+        events_(job.watch.events, !job.stream.resume.empty()) {
     if (job.report.json != "-" && job.watch.events != "-") output_.emplace("-", stop_flag());
     std::error_code error;
     if (!job.save.empty()) fs::create_directories(job.save, error);
@@ -220,6 +220,7 @@ class Arms {
  private:
   void take_rows() {
     while (const auto sample = rows_.next()) {
+      events_.begin();
       Arm& arm = seen(rows_.reader().key());
       if (!arm.has_rows()) reading_.push_back(&arm);
       arm.inbox().push_back(*sample);

@@ -85,7 +85,7 @@ class Stream {
         track_(start.model, start.settings, rows_.arrival()),
         progress_(rows_.reader().size(), o.report.quiet),
         checkpoints_(o.stream.checkpoint, o.stream.every_s, complaints_),
-        events_(o.watch.events) {
+        events_(o.watch.events, !o.stream.resume.empty()) {
     pass_.parts.resize(1);
     if (o.watch.watch) track_.watch(start.model, start.settings);
     if (!o.stream.resume.empty())
@@ -121,6 +121,7 @@ class Stream {
 
   void take_rows() {
     while (const auto sample = rows_.next()) {
+      events_.begin();
       track_.count_faulty_rows(rows_.take_faulty());
       rows_.tell(track_.put(*sample));
       write_due();

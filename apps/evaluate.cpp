@@ -42,6 +42,8 @@ EvaluateSettings settings_of(const EvaluateOptions& o, const ModelFile& start) {
   settings.propagation = start.settings.propagation;
   settings.longest_gap_s = start.settings.gate.longest_gap_s;
   const bool from_part = o.initial_from > 0.0;
+  if (from_part && o.initial.frees_none())
+    throw InputError("--initial-from: with --free-initial none it has nothing to find");
   settings.initial = chosen_initial(
       o.initial, start.model, from_part ? all_free(start.model) : published_choice(start.model));
   if (from_part) settings.initial_from = o.initial_from;
@@ -85,11 +87,12 @@ void add_evaluate(CLI::App& program) {
       "evaluate", "Simulate or predict records with given parameters, against the data");
   command.footer(
       "The parameters are the start values, unless --model or --set give others. The free initial\n"
-      "states fit the record, or its first part (--initial-from, all of them free). A horizon of "
-      "k\n"
-      "samples predicts by a Kalman filter of the states whose noise suits the record and "
-      "horizon;\n"
-      "MATLAB's predict, which for such a model simulates, is --horizon inf.");
+      "states fit the record, or its first part (--initial-from, all of them free unless\n"
+      "--free-initial names some). A horizon of k samples predicts by a Kalman filter of the "
+      "states\n"
+      "whose noise suits the record and horizon; MATLAB's predict, which for such a model "
+      "simulates,\n"
+      "is --horizon inf.");
   const auto o = std::make_shared<EvaluateOptions>();
   command.add_option("FILE", o->files, "records, as CSV; - is standard input")->required();
   command.add_option("--horizon", o->horizon, "samples to predict ahead; inf simulates")

@@ -24,6 +24,9 @@ int state_named(const Model& model, std::string_view name) {
 std::vector<int> free_states(const std::vector<std::string>& names, const Model& model) {
   if (names == std::vector<std::string>{"all"}) return all_free(model).free;
   if (names == std::vector<std::string>{"none"}) return {};
+  for (const char* alone : {"all", "none"})
+    if (std::ranges::find(names, alone) != names.end())
+      throw InputError(fmt::format("{} stands alone", alone));
   std::vector<int> states;
   for (const std::string& name : names) {
     const int state = state_named(model, name);
@@ -42,6 +45,8 @@ void give_value(const std::string& assignment, const Model& model, InitialChoice
 }
 
 }  // namespace
+
+bool InitialOptions::frees_none() const { return free == std::vector<std::string>{"none"}; }
 
 void add_initial_options(CLI::App& command, InitialOptions& options) {
   command

@@ -12,6 +12,8 @@ namespace armukf::apps {
 struct InitialOptions {
   std::vector<std::string> free;   // names, or one of "all" and "none"; empty: the default
   std::vector<std::string> given;  // NAME=VALUE
+
+  bool frees_none() const;
 };
 
 void add_initial_options(CLI::App& command, InitialOptions& options);

@@ -93,7 +93,16 @@ void write_summary(const SimulateOptions& o, const Model& model) {
                                  {"experiment", name_of(s.kind)},
                                  {"seed", s.seed},
                                  {"samples", s.samples},
-                                 {"sample_time_s", s.sample_time_s}};
+                                 {"sample_time_s", s.sample_time_s},
+                                 {"sensor_noise", s.sensor_noise},
+                                 {"sensor_pole", s.sensor_pole},
+                                 {"torque_disturbance", s.torque_disturbance},
+                                 {"torque_pole", s.torque_pole}};
+  summary["drifts"] = nlohmann::ordered_json::object();
+  for (const Drift& drift : s.drifts)
+    summary["drifts"][model.parameters[drift.parameter].name] = drift.part;
+  summary["effects"] = nlohmann::ordered_json::array();
+  for (const EffectSlot& slot : model.effects) summary["effects"].push_back(slot.name());
   for (const Parameter& p : model.parameters)
     summary["parameters"][p.name] = {{"value", p.value}, {"unit", p.unit}, {"known", p.known}};
   write_json(o.report, summary);

@@ -38,6 +38,7 @@ void add_stream_options(CLI::App& command, StreamOptions& options) {
 
 void check_stream_options(const StreamOptions& options, const std::string& input) {
   if (options.follow && input == "-") throw InputError("--follow: needs a FILE");
+  if (options.checkpoint == "-") throw InputError("--checkpoint: needs a FILE to replace");
   if (options.new_clock && options.resume.empty()) throw InputError("--new-clock: needs --resume");
 }
 

@@ -23,11 +23,20 @@ void check_watch_options(const WatchOptions& options);
 /// Lines about events, each of which reaches its reader at once.
 class EventLog {
  public:
-  explicit EventLog(const std::string& path);
+  /// goes_on: behind the lines that the file holds. Else they stay until there is something to
+  /// watch, since a start may fail.
+  EventLog(const std::string& path, bool goes_on);
+
+  /// To be called when there is.
+  void begin();
+
   void put(std::string_view lines);
 
  private:
-  std::optional<CsvWriter> output_;
+  std::string name_;
+  Descriptor file_;
+  std::optional<CsvWriter> output_;  // empty: nowhere
+  bool is_stale_ = false;            // what the file holds
 };
 
 }  // namespace armukf::apps

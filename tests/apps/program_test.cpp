@@ -32,7 +32,11 @@ TEST_F(Program, HelpAndVersionEndWellForTheProgramAndItsCommands) {
 TEST_F(Program, InertiaComesBeforeTheEffectsOfAnArmSoHeavy) {
   const Outcome made = run(
       "simulate -o heavy.csv --samples 50 --effect gravity --set gravity=300 --set J=3.3 --json -");
-  EXPECT_EQ(made.status, 0) << made.error;
+  ASSERT_EQ(made.status, 0) << made.error;
+  const auto told = nlohmann::json::parse(made.output);
+  EXPECT_EQ(told["effects"], nlohmann::json({"gravity"}));
+  for (const char* key : {"sensor_noise", "sensor_pole", "torque_disturbance", "torque_pole"})
+    EXPECT_TRUE(told[key].is_number()) << key;
   expect_refused("simulate -o light.csv --samples 50 --effect gravity --set gravity=300",
                  "--set: gravity: 300 is outside of its bounds -100 to 100 N.m");
 }
@@ -51,6 +55,9 @@ TEST_F(Program, MisspeltCommandIsNoFile) {
 }
 
 TEST_F(Program, WrongValuesOfOptionsTakeOneLineThatNamesTheOption) {
+  expect_refused("evaluate run.csv --initial-from 0.5 --free-initial none",
+                 "--initial-from: with --free-initial none it has nothing to find");
+  expect_refused("evaluate run.csv --free-initial all,none", "--free-initial: all stands alone");
   expect_refused("simulate", "--output is required");
   expect_refused("simulate -o a.csv --foo", "The following argument was not expected: --foo");
   expect_refused("simulate -o a.csv --seed -1",

@@ -212,6 +212,7 @@ TEST_F(Stream, CheckpointIsRefusedWithAReason) {
   expect_refused("a.csv --resume c",
                  fmt::format("c: is of version {}; this program knows version {}",
                              kTrackSeal.version + 1, kTrackSeal.version));
+  expect_refused("a.csv --checkpoint -", "--checkpoint: needs a FILE to replace");
   expect_refused("a.csv --passes 2 --checkpoint c",
                  "--checkpoint, --resume: neither with --passes nor with --score");
 }

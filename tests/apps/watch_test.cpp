@@ -154,6 +154,25 @@ TEST_F(WatchProgram, GoesOnFromACheckpointAsIfNothingHadHappened) {
   EXPECT_EQ(std::ranges::count(whole, '\n'), 2);
 }
 
+TEST_F(WatchProgram, LeavesEventsUntilThereIsSomethingToWatchAndGoesOnBehindThem) {
+  put_record();
+  put("record.csv", text("record.csv").substr(0, text("record.csv").find("\n7.5")) + "\n");
+  ASSERT_EQ(run("record.csv --watch --events e.jsonl --checkpoint c --quiet > rows.csv").status, 0);
+  const std::string events = text("e.jsonl");
+  ASSERT_FALSE(events.empty());
+  EXPECT_EQ(run("record.csv --watch --events e.jsonl --resume nowhere --quiet").status, 2);
+  put("other.csv", "t,u\n0,1\n");
+  EXPECT_EQ(run("other.csv --watch --events e.jsonl --quiet").status, 2);
+  put("other.csv", "t,u,y\n");
+  run("other.csv --watch --events e.jsonl --quiet");
+  EXPECT_EQ(text("e.jsonl"), events);
+  EXPECT_EQ(run("record.csv --watch --events e.jsonl --resume c --quiet > rows.csv").status, 0);
+  EXPECT_EQ(text("e.jsonl"), events);
+  put("first.csv", text("record.csv").substr(0, text("record.csv").find("\n1.0")) + "\n");
+  EXPECT_EQ(run("first.csv --watch --events e.jsonl --quiet > rows.csv").status, 0);
+  EXPECT_EQ(text("e.jsonl"), "");
+}
+
 TEST_F(WatchProgram, NamesTheArmWhereThereAreMany) {
   put_record();
   const std::vector<std::string> lines = lines_of(text("record.csv"));

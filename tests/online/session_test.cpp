@@ -550,6 +550,21 @@ TEST(Passes, BeginWithoutWhatTheSamplesDidNotTell) {
   EXPECT_EQ(next.parameter("d_a").value, start.parameter("d_a").value);
 }
 
+/// The share that was told, beside the other as it was before, would leave the arm none.
+TEST(Passes, BeginWithSharesThatLeaveSomethingToEveryMass) {
+  const Model start = published_arm();
+  RecursiveEstimate found;
+  found.model = start;
+  found.model.parameter("a_m").value = 0.1;
+  found.model.parameter("a_g").value = 0.84;
+  found.model.parameter("k_a").value *= 0.5;
+  found.hardly_told = {"a_m"};
+  const Model next = next_start(start, found);
+  EXPECT_TRUE(next.is_physical(next.values()));
+  EXPECT_EQ(next.parameter("a_g").value, start.parameter("a_g").value);
+  EXPECT_EQ(next.parameter("k_a").value, found.model.parameter("k_a").value);
+}
+
 TEST(Condition, StandsInAModelAsEffectsOfTheDrive) {
   Condition condition;
   EXPECT_TRUE(with_drive(published_arm(), condition).effects.empty());

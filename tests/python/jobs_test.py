@@ -228,7 +228,13 @@ class Results(InFolder):
         innovation = armukf.results.read(armukf.Innovation, {"fit_percent": None, "rmse": 1, "mean_nis": 2.0,
                                                              "ljung_box_p": 0.5, "log_likelihood": None, "new": 1})
         self.assertTrue(np.isnan(innovation.fit_percent) and np.isnan(innovation.log_likelihood))
-        self.assertEqual((innovation.rmse, innovation.model_lacks), (1.0, False))
+        self.assertEqual((innovation.rmse, innovation.model_lacks), (1.0, None))
+
+    def test_a_smoother_claims_no_test_that_it_has_not_made(self):
+        samples = armukf.read_record(RECORD)
+        self.assertIsNotNone(armukf.estimate(samples).innovation.model_lacks)
+        smoothed = armukf.smooth(samples, passes=1).innovation
+        self.assertEqual((smoothed.model_lacks, smoothed.not_noise_percent), (None, None))
 
     def test_without_pandas_it_is_said(self):
         with mock.patch.dict(sys.modules, {"pandas": None}):

@@ -37,6 +37,16 @@ std::system_error write_failure(const std::string& name) {
   return {errno, std::generic_category(), name + ": cannot write"};
 }
 
+/// For writing, with that flag besides.
+Descriptor opened(const std::string& path, int flag) {
+  const int number =
+      is_standard_output(path)
+          ? ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 0)
+          : ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | flag, kReadWriteForAll);
+  if (number < 0) throw open_failure(path, errno);
+  return Descriptor(number);
+}
+
 /// What an output that takes something takes without making its writer wait, in bytes.
 std::size_t room(int descriptor) {
   const int capacity = ::fcntl(descriptor, F_GETPIPE_SZ);
@@ -95,13 +105,12 @@ void remove_stale(const std::string& target) {
       std::filesystem::remove(entry.path(), ignored);
 }
 
-Descriptor open_for_writing(const std::string& path) {
-  const int number =
-      is_standard_output(path)
-          ? ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 0)
-          : ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kReadWriteForAll);
-  if (number < 0) throw open_failure(path, errno);
-  return Descriptor(number);
+Descriptor open_for_writing(const std::string& path) { return opened(path, O_TRUNC); }
+
+Descriptor open_for_appending(const std::string& path) { return opened(path, O_APPEND); }
+
+void make_empty(int descriptor, const std::string& name) {
+  if (is_regular(descriptor) && ::ftruncate(descriptor, 0) != 0) throw write_failure(name);
 }
 
 void check_writable(const std::string& path) {

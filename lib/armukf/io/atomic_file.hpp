@@ -10,6 +10,14 @@ namespace armukf {
 /// Opens for writing from the start; "-" is standard output. InputError where that fails.
 Descriptor open_for_writing(const std::string& path);
 
+/// Opens for writing behind what the file holds; "-" is standard output. InputError where that
+/// fails.
+Descriptor open_for_appending(const std::string& path);
+
+/// Takes away what a file holds; devices and pipes hold nothing. std::system_error, `name: cannot
+/// write: why`, where that fails.
+void make_empty(int descriptor, const std::string& name);
+
 /// InputError where a file of that name could not be opened for writing; touches nothing.
 void check_writable(const std::string& path);
 

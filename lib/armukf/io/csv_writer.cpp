@@ -19,8 +19,8 @@ CsvWriter::CsvWriter(const std::string& path, StopFlag stop)
       name_(path == "-" ? "<stdout>" : path),
       stop_(stop) {}
 
-CsvWriter::CsvWriter(int descriptor, std::string name)
-    : descriptor_(descriptor), name_(std::move(name)) {}
+CsvWriter::CsvWriter(int descriptor, std::string name, StopFlag stop)
+    : descriptor_(descriptor), name_(std::move(name)), stop_(stop) {}
 
 CsvWriter::~CsvWriter() {
   try {

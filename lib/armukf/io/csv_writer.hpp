@@ -21,7 +21,7 @@ class CsvWriter : public CsvRows {
   explicit CsvWriter(const std::string& path, StopFlag stop = nullptr);
 
   /// Writes to what another owns; `name` stands for it in messages.
-  CsvWriter(int descriptor, std::string name);
+  CsvWriter(int descriptor, std::string name, StopFlag stop = nullptr);
 
   /// Flushes, so that rows reach the user also when an error ends the program; a failure to do so
   /// shows only in an explicit flush().

@@ -1,6 +1,7 @@
 #include "armukf/online/recursion.hpp"
 
 #include <chrono>
+#include <cstddef>
 
 namespace armukf {
 
@@ -23,7 +24,10 @@ Model next_start(const Model& start, const RecursiveEstimate& found) {
   Model next = found.model;
   for (const std::string& name : found.hardly_told)
     next.parameter(name).value = start.parameter(name).value;
-  return next;
+  if (next.is_physical(next.values())) return next;
+  for (std::size_t i = 0; i < next.parameters.size(); ++i)  // no share of J goes back alone
+    if (next.parameters[i].share) next.parameters[i].value = start.parameters[i].value;
+  return next.is_physical(next.values()) ? next : start;
 }
 
 RecursiveEstimate estimate_record(Model start, const EstimatorSettings& settings,

@@ -28,7 +28,9 @@ struct RecursiveEstimate {
 };
 
 /// What another pass begins with: the values that it has found; of what the samples told hardly
-/// anything, those that it began with, or else pass after pass would lead them away.
+/// anything, those that it began with, or else pass after pass would lead them away. Those may
+/// leave no inertia to a mass beside the ones that were found: then all shares of it, or all
+/// values, are those that it began with.
 Model next_start(const Model& start, const RecursiveEstimate& found);
 
 /// What a session has come to.

@@ -205,9 +205,10 @@ class Innovation:
     mean_nis: float
     ljung_box_p: float
     log_likelihood: float
-    model_lacks: bool = False  # a test: what is left is not noise, not white, or goes with torques
+    # A test: what is left is not noise, not white, or goes with torques. None where it was not made, as of `smooth`.
+    model_lacks: bool | None = None
     torque_tests: dict[str, float] = field(default_factory=dict)  # by torque, the chance that noise does as much
-    not_noise_percent: float = 0.0
+    not_noise_percent: float | None = None
 
 
 @dataclass(frozen=True)
