@@ -46,7 +46,7 @@ std::vector<std::string> rare_first(const std::vector<FoundEffect>& effects) {
   std::vector<std::string> names;
   names.reserve(effects.size());
   for (const FoundEffect& found : effects) names.push_back(found.effect);
-  std::ranges::stable_partition(names, [](const std::string& name) {
+  std::stable_partition(names.begin(), names.end(), [](const std::string& name) {
     return is_tried_last(find_effect(parse_effect_name(name).kind));
   });
   return names;
