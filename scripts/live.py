@@ -299,7 +299,8 @@ def main():
                         "a FIFO will do")
     parser.add_argument("--pass", dest="passes", action="store_true", help="pass rows on to standard output")
     parser.add_argument("--until-end", action="store_true", help="end with the stream")
-    parser.add_argument("--port", type=port_number, metavar="PORT", default=8765, help="8765 by default; 0 takes one that is free")
+    parser.add_argument("--port", type=port_number, metavar="PORT", default=8765,
+                        help="8765 by default; 0 takes one that is free")
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on, 127.0.0.1 by default")
     asyncio.run(serve(parser.parse_args()))
 

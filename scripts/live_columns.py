@@ -6,12 +6,12 @@ from array import array
 from operator import itemgetter
 
 STATES = {
-    "rad": "twist_gear twist_arm angle_curve_angle gravity_angle speed_ripple_angle speed_ripple_constant_angle torque_ripple_angle "
-           "torque_ripple_commanded_angle friction_ripple_angle external_torque_phase external_torque_arm_phase "
-           "gear_stiffness_ripple_angle transmission_error_angle pose_inertia_angle "
+    "rad": "twist_gear twist_arm angle_curve_angle gravity_angle speed_ripple_angle speed_ripple_constant_angle "
+           "torque_ripple_angle torque_ripple_commanded_angle friction_ripple_angle external_torque_phase "
+           "external_torque_arm_phase gear_stiffness_ripple_angle transmission_error_angle pose_inertia_angle "
            "mode_motor_deflection mode_gear_deflection mode_arm_deflection gear_relaxation_deflection",
-    "rad/s": "speed_motor speed_gear speed_arm sensor_speed sensor_coupling_speed friction_lag_speed mode_motor_speed mode_gear_speed "
-             "mode_arm_speed",
+    "rad/s": "speed_motor speed_gear speed_arm sensor_speed sensor_coupling_speed friction_lag_speed mode_motor_speed "
+             "mode_gear_speed mode_arm_speed",
     "rad/s²": "sensor_coupling_rate",
     "N·m": "drive_torque drive_response drive_response_rate input_delay_first input_delay_second drive_notch_band "
            "torque_slewed",
@@ -19,9 +19,9 @@ STATES = {
     "–": "presliding_deflection gear_hysteresis_deflection arm_hysteresis_deflection thermal_heated_warmth "
          "thermal_torque_warmth"}
 PARAMETERS = {
-    "N·m": "Fc Fcs arm_friction_coulomb gear_friction_coulomb coulomb_asymmetry gear_hysteresis arm_hysteresis gravity "
-           "presliding_friction torque_bias torque_ripple torque_curve_range external_torque external_torque_arm "
-           "friction_change friction_change_before friction_ripple gear_slip_torque torque_limit "
+    "N·m": "Fc Fcs arm_friction_coulomb gear_friction_coulomb coulomb_asymmetry gear_hysteresis arm_hysteresis "
+           "gravity presliding_friction torque_bias torque_ripple torque_curve_range external_torque "
+           "external_torque_arm friction_change friction_change_before friction_ripple gear_slip_torque torque_limit "
            "thermal_torque_heated_torque",
     "N·m/s": "torque_slew",
     "N·m·s/rad": "Fv d_g d_a arm_friction_viscous gear_friction_viscous torque_limit_fall",
@@ -32,22 +32,24 @@ PARAMETERS = {
     "kg·m²": "J",
     "s/rad": "alpha beta sensor_gain_bend",
     "s": "drive_lag_time drive_response_time input_delay payload_time payload_until sensor_lag_time "
-         "thermal_friction_time thermal_cold_time friction_change_time friction_change_until thermal_torque_time thermal_torque_heated_time thermal_damping_time thermal_heated_time gear_relaxation_time "
+         "thermal_friction_time thermal_cold_time friction_change_time friction_change_until thermal_torque_time "
+         "thermal_torque_heated_time thermal_damping_time thermal_heated_time gear_relaxation_time "
          "gear_stiffness_change_time arm_stiffness_change_time friction_lag_time",
-    "rad": "backlash arm_backlash transmission_error gear_hysteresis_distance arm_hysteresis_distance presliding_distance gear_spring_curve_range "
-           "arm_spring_curve_range",
+    "rad": "backlash arm_backlash transmission_error gear_hysteresis_distance arm_hysteresis_distance "
+           "presliding_distance gear_spring_curve_range arm_spring_curve_range",
     "rad/s": "friction_curve_range sensor_curve_range speed_ripple_constant",
     "1/rad": "angle_curve_harmonic speed_ripple_harmonic speed_ripple_constant_harmonic torque_ripple_harmonic "
-             "torque_ripple_commanded_harmonic "
-             "friction_ripple_harmonic gear_stiffness_ripple_harmonic transmission_error_harmonic pose_inertia_harmonic",
+             "torque_ripple_commanded_harmonic friction_ripple_harmonic gear_stiffness_ripple_harmonic "
+             "transmission_error_harmonic pose_inertia_harmonic",
     "Hz": "mode_motor_frequency mode_gear_frequency mode_arm_frequency external_torque_frequency "
           "external_torque_arm_frequency sensor_coupling_frequency drive_notch_frequency",
     "–": "a_m a_g load_dependent_friction payload presliding_share speed_ripple thermal_friction torque_gain "
          "mode_motor_share mode_gear_share mode_arm_share mode_motor_damping mode_gear_damping mode_arm_damping "
-         "drive_response_damping sensor_coupling_share sensor_coupling_damping gravity_ratio thermal_torque thermal_torque_heated "
-         "thermal_damping gear_stiffness_ripple pose_inertia torque_ripple_commanded thermal_friction_heated thermal_friction_cold "
-         "thermal_friction_viscous thermal_heated_viscous thermal_cold_viscous gear_stiffness_change arm_stiffness_change torque_limit_share torque_slew_share friction_lag_share "
-         "drive_notch drive_notch_damping sensor_gain sensor_gain_asymmetry"}
+         "drive_response_damping sensor_coupling_share sensor_coupling_damping gravity_ratio thermal_torque "
+         "thermal_torque_heated thermal_damping gear_stiffness_ripple pose_inertia torque_ripple_commanded "
+         "thermal_friction_heated thermal_friction_cold thermal_friction_viscous thermal_heated_viscous "
+         "thermal_cold_viscous gear_stiffness_change arm_stiffness_change torque_limit_share torque_slew_share "
+         "friction_lag_share drive_notch drive_notch_damping sensor_gain sensor_gain_asymmetry"}
 LEARNT_LAWS = {"N·m": re.compile(r"(friction|gear_spring|arm_spring|torque|angle)_curve_(odd|even|cos|sin)_[a-d]"),
                "rad/s": re.compile(r"sensor_curve_(odd|even)_[a-e]")}
 UNITS = {name: unit for kind in (STATES, PARAMETERS) for unit, names in kind.items() for name in names.split()}

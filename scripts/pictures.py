@@ -7,11 +7,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from published import TRUTH
-from style import BAND, BATCH, ESTIMATE, MEASURED, NINETY_PERCENT, TRUE
+from style import BAND, BATCH, ESTIMATE, LAW_UNITS, MEASURED, NINETY_PERCENT, TRUE
 
 UNITS = {"k_g1": "N·m/rad", "k_g3": "N·m/rad³", "k_a": "N·m/rad", "d_g": "N·m·s/rad",
          "d_a": "N·m·s/rad"}
-LAW_UNITS = {"torque": "N·m", "speed": "rad/s"}  # of what a learnt law gives
 MOST_POINTS = 2000  # more than a picture shows; keeps an SVG small
 NOT_PARAMETERS = {"innovation", "twist_gear", "twist_arm", "speed_motor", "speed_gear", "speed_arm"}
 ARM = {"Fv", "Fc", "Fcs", "alpha", "beta", "J", *TRUTH}  # before them stand states of effects

@@ -9,7 +9,7 @@ number. A string in place of numbers names one of the columns that charts share.
 import numpy as np
 
 from report_words import figure, unit_text
-from style import NINETY_PERCENT
+from style import LAW_UNITS, NINETY_PERCENT
 
 MOST_ROWS = 20000   # of a record that a page holds; ten seconds at 2 kHz in full
 BINS = 60           # of an angle or a speed
@@ -21,7 +21,6 @@ PAUSE = 0.02        # of all, between records that are shown one after another
 BANDS_HZ = (0, 1, 3, 10, 30, 100, 300, 1000, 3000, 10000)
 TURN = 2 * np.pi    # rad
 COLUMNS = ("y", "residual_before", "residual_after")
-LAW_UNITS = {"torque": "N·m", "speed": "rad/s"}  # of what a learnt law gives
 
 AXES = {"t": ("time", "s"), "u": ("torque u", "N·m"), "motor_angle": ("motor angle", "rad"),
         "twist_gear": ("gear twist", "rad"), "twist_arm": ("arm twist", "rad"), "speed_motor": ("motor speed", "rad/s"),
