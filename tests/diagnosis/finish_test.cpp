@@ -96,25 +96,13 @@ TEST(Finished, HasNoEffectThatIsWithinSoManyOfItsDeviations) {
   EXPECT_TRUE(found.led_astray.empty());
 }
 
-/// A notch that turns the phase alone is a delay.
-TEST(RemoveIdle, TakesOutTheRarerOfTwoThatDoTheSame) {
-  Model truth = published_estimate();
-  truth.add_effect("input_delay");
-  truth.parameter("input_delay").value = 6e-3;
-  Unfinished found(truth, {"input_delay", "drive_notch"});
-  Model& both = found.now.fit.model;
-  both.parameter("input_delay").value = 3e-3;
-  both.parameter("drive_notch").value = 2.0;
-  both.parameter("drive_notch_frequency").value = 180.0;
-  both.parameter("drive_notch_damping").value = 0.85;
-  found.now = explained(both, found.now.fit.x0, found.records, kForesightDensity);
-  remove_idle({found.base, found.bases, found.records, found.settings}, found.diagnosis, found.now,
-              found.held);
-  ASSERT_EQ(found.diagnosis.effects.size(), 1U);
-  EXPECT_EQ(found.diagnosis.effects[0].effect, "input_delay");
-  EXPECT_TRUE(found.diagnosis.candidates[0].accepted);
-  EXPECT_EQ(found.diagnosis.candidates[1].refused_because, "no longer helps beside the others");
-  EXPECT_NEAR(found.now.fit.model.parameter("input_delay").value, 6e-3, 3e-4);
+TEST(RemoveIdle, LetsTheRareGoFirst) {
+  const std::vector<FoundEffect> found{{"torque_gain", 0.0, 0.0, {}},
+                                       {"drive_notch:2", 0.0, 0.0, {}},
+                                       {"gravity", 0.0, 0.0, {}},
+                                       {"sensor_curve", 0.0, 0.0, {}}};
+  EXPECT_EQ(rare_first(found),
+            (std::vector<std::string>{"drive_notch:2", "sensor_curve", "torque_gain", "gravity"}));
 }
 
 /// An effect is judged by the deviations that are told of it.

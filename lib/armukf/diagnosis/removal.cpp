@@ -40,18 +40,6 @@ ForesightFit without_effect(const Completing& completing, const std::string& eff
   return fewer;
 }
 
-/// Effects in the order in which they may go: what is rare before the rest, each as it was found.
-/// Two that each do what the other does need not both be there, and the common one is the likelier.
-std::vector<std::string> rare_first(const std::vector<FoundEffect>& effects) {
-  std::vector<std::string> names;
-  names.reserve(effects.size());
-  for (const FoundEffect& found : effects) names.push_back(found.effect);
-  std::stable_partition(names.begin(), names.end(), [](const std::string& name) {
-    return is_tried_last(find_effect(parse_effect_name(name).kind));
-  });
-  return names;
-}
-
 /// Whether it is refused for nothing but what it takes from the records of another effect.
 bool only_blurs(const Refit& refit, const AcceptanceSettings& settings) {
   Evidence clear = refit.evidence;
@@ -154,6 +142,16 @@ std::optional<Exchange> exchanged(const std::vector<Refit>& refits, const Refit*
             in_the_stead(*refit, refit->evidence.blurred, looks, completing, effects, now))
       return exchange;
   return {};
+}
+
+std::vector<std::string> rare_first(const std::vector<FoundEffect>& effects) {
+  std::vector<std::string> names;
+  names.reserve(effects.size());
+  for (const FoundEffect& found : effects) names.push_back(found.effect);
+  std::stable_partition(names.begin(), names.end(), [](const std::string& name) {
+    return is_tried_last(find_effect(parse_effect_name(name).kind));
+  });
+  return names;
 }
 
 void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& now, Held& held) {

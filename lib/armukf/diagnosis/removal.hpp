@@ -61,6 +61,10 @@ std::optional<Exchange> exchanged(const std::vector<Refit>& refits, const Refit*
                                   const Looks& looks, const Completing& completing,
                                   const std::vector<FoundEffect>& effects, const Explained& now);
 
+/// Effects in the order in which they may go: what is rare before the rest, each as it was found.
+/// Two that each do what the other does need not both be there, and the common one is the likelier.
+std::vector<std::string> rare_first(const std::vector<FoundEffect>& effects);
+
 /// Takes out again what no longer helps, of two that do the same the rarer one; what is taken out
 /// was not accepted in the end.
 void remove_idle(const Completing& completing, Diagnosis& diagnosis, Explained& now, Held& held);
