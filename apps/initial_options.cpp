@@ -21,9 +21,10 @@ int state_named(const Model& model, std::string_view name) {
   throw InputError(fmt::format("unknown state '{}'; known are: {}", name, fmt::join(names, ", ")));
 }
 
-std::vector<int> free_states(const std::vector<std::string>& names, const Model& model) {
+std::vector<int> free_states(const InitialOptions& options, const Model& model) {
+  const std::vector<std::string>& names = options.free;
   if (names == std::vector<std::string>{"all"}) return all_free(model).free;
-  if (names == std::vector<std::string>{"none"}) return {};
+  if (options.frees_none()) return {};
   for (const char* alone : {"all", "none"})
     if (std::ranges::find(names, alone) != names.end())
       throw InputError(fmt::format("{} stands alone", alone));
@@ -64,7 +65,7 @@ InitialChoice chosen_initial(const InitialOptions& options, const Model& model,
                              const InitialChoice& otherwise) {
   InitialChoice choice = otherwise;
   of_option("--free-initial", [&] {
-    if (!options.free.empty()) choice.free = free_states(options.free, model);
+    if (!options.free.empty()) choice.free = free_states(options, model);
   });
   of_option("--initial", [&] {
     for (const std::string& assignment : options.given) give_value(assignment, model, choice);

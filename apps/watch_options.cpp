@@ -24,7 +24,7 @@ void check_watch_options(const WatchOptions& options) {
   if (!options.events.empty() && !options.watch) throw InputError("--events: needs --watch");
 }
 
-EventLog::EventLog(const std::string& path, bool goes_on) : name_(path == "-" ? "<stdout>" : path) {
+EventLog::EventLog(const std::string& path, bool goes_on) : name_(shown_name(path)) {
   if (path.empty()) return;
   file_ = open_for_appending(path);
   output_.emplace(file_.number(), name_, stop_flag());

@@ -26,8 +26,6 @@ constexpr mode_t kPermissions = 07777;
 
 bool is_standard_output(const std::string& path) { return path == "-" || path == "/dev/stdout"; }
 
-std::string shown_name(const std::string& path) { return path == "-" ? "<stdout>" : path; }
-
 InputError open_failure(const std::string& path, int error) {
   return InputError(shown_name(path), 0, "",
                     "cannot open for writing: " + std::generic_category().message(error));
@@ -104,6 +102,8 @@ void remove_stale(const std::string& target) {
     if (is_stale(entry.path().filename().string(), path.filename().string()))
       std::filesystem::remove(entry.path(), ignored);
 }
+
+std::string shown_name(const std::string& path) { return path == "-" ? "<stdout>" : path; }
 
 Descriptor open_for_writing(const std::string& path) { return opened(path, O_TRUNC); }
 

@@ -7,6 +7,9 @@
 
 namespace armukf {
 
+/// A file as messages call it; "-" is standard output.
+std::string shown_name(const std::string& path);
+
 /// Opens for writing from the start; "-" is standard output. InputError where that fails.
 Descriptor open_for_writing(const std::string& path);
 

@@ -16,7 +16,7 @@ constexpr std::size_t kBatch = std::size_t{1} << 17;  // bytes of cells, about a
 CsvWriter::CsvWriter(const std::string& path, StopFlag stop)
     : owned_(open_for_writing(path)),
       descriptor_(owned_.number()),
-      name_(path == "-" ? "<stdout>" : path),
+      name_(shown_name(path)),
       stop_(stop) {}
 
 CsvWriter::CsvWriter(int descriptor, std::string name, StopFlag stop)
