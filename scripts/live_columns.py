@@ -14,7 +14,7 @@ STATES = {
              "mode_gear_speed mode_arm_speed",
     "rad/s²": "sensor_coupling_rate",
     "N·m": "drive_torque drive_response drive_response_rate input_delay_first input_delay_second drive_notch_band "
-           "torque_slewed",
+           "torque_slewed presliding_torque",
     "N·m·s": "drive_notch_passed gear_slip_load",
     "–": "presliding_deflection gear_hysteresis_deflection arm_hysteresis_deflection thermal_heated_warmth "
          "thermal_torque_warmth"}
@@ -28,6 +28,7 @@ PARAMETERS = {
     "N·m·s²/rad²": "gear_damping_quadratic",
     "N·m/rad": "k_g1 k_a gear_relaxation",
     "rad/(N·m·s)": "gear_slip",
+    "rad/(N·m)": "presliding_compliance",
     "N·m/rad³": "k_g3 arm_stiffness_cubic",
     "kg·m²": "J",
     "s/rad": "alpha beta sensor_gain_bend",
@@ -45,6 +46,7 @@ PARAMETERS = {
           "external_torque_arm_frequency sensor_coupling_frequency drive_notch_frequency",
     "–": "a_m a_g load_dependent_friction payload presliding_share speed_ripple thermal_friction torque_gain "
          "mode_motor_share mode_gear_share mode_arm_share mode_motor_damping mode_gear_damping mode_arm_damping "
+         "coulomb_asymmetry_side mode_motor_on_top mode_gear_on_top mode_arm_on_top backlash_damping "
          "drive_response_damping sensor_coupling_share sensor_coupling_damping gravity_ratio thermal_torque "
          "thermal_torque_heated thermal_damping gear_stiffness_ripple pose_inertia torque_ripple_commanded "
          "thermal_friction_heated thermal_friction_cold thermal_friction_viscous thermal_heated_viscous "

@@ -23,6 +23,7 @@ PLAIN = {
     "thermal_friction_cold": "friction of an arm that begins colder than the one whose friction is known",
     "thermal_friction_heated": "friction that changes with the heat that it makes",
     "presliding_friction": "dry friction that bends before it slides",
+    "presliding_friction_lugre": "known dry friction that bends before it slides",
     "backlash": "play in the gear",
     "gear_hysteresis": "dry friction inside the gear's spring",
     "gear_damping_quadratic": "gear damping that grows with the rate of the twist",

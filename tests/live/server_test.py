@@ -34,7 +34,7 @@ from live_stream import LATE_S, MOST_ARMS, MOST_EVENTS, Events, Stream  # noqa: 
 
 HEADER = "t,y,y_pred,innovation,innovation_sd,nis,status,twist_gear,speed_motor,k_a,twist_gear_sd,speed_motor_sd,k_a_sd"
 EFFECTS = """torque_bias torque_gain torque_ripple torque_ripple_commanded input_delay drive_lag drive_lag_second_order friction_parameters coulomb_asymmetry
-    gear_friction arm_friction load_dependent_friction thermal_friction presliding_friction backlash gear_hysteresis
+    gear_friction arm_friction load_dependent_friction thermal_friction presliding_friction presliding_friction_lugre backlash gear_hysteresis
     gear_damping_quadratic arm_stiffness_cubic flexible_mode flexible_mode_gear flexible_mode_arm:2 gravity
     payload_change sensor_lag speed_ripple speed_ripple_constant friction_curve gear_spring_curve arm_spring_curve
     torque_curve angle_curve external_torque friction_change friction_ripple arm_backlash arm_hysteresis sensor_coupling

@@ -260,12 +260,55 @@ TEST(PreslidingFriction, TakesTheEnergyOfItsLoopInEveryCycle) {
   expect_bristle("presliding_friction", "presliding_distance", "presliding_share");
 }
 
-TEST(FlexibleMode, LeavesTheWholeInertiaAsItIs) {
-  // All masses and the mode at one acceleration: the torques that this takes add up to J a.
-  for (const char* site : {"motor", "gear", "arm"}) {
+TEST(PreslidingFrictionLugre, TakesTheEnergyOfABristleThatBearsTheKnownFriction) {
+  // Dry friction that is the same at all speeds: a bristle of the distance c Fc in its stead, which
+  // takes 4 Fc c Fc tanh(X / (c Fc)) less.
+  Model model = published_estimate();
+  model.add_effect("presliding_friction_lugre");
+  const double dry = model.parameter("Fc").value;
+  model.parameter("Fcs").value = 0.0;
+  model.parameter("beta").value = 300.0;
+  model.parameter("presliding_compliance").value = 0.05 / dry;
+  for (const double swing : {0.1, 0.25, 0.5}) {
+    const double less = 4.0 * dry * 0.05 * std::tanh(swing / 0.05);
+    EXPECT_NEAR(work_in_a_cycle(model, model.values(), swing) / less, 1.0, 0.02) << swing;
+  }
+  EXPECT_EQ(family_of("presliding_friction_lugre"), "presliding_friction");
+}
+
+TEST(Backlash, LeavesTheDamperItsGripOnlyWhereTeethTouch) {
+  Model model = published_estimate();
+  model.add_effect("backlash");
+  model.parameter("backlash").value = 0.1;
+  const auto torque = [&](double in_contact, double twist, double rate) {
+    model.parameter("backlash_damping").value = in_contact;
+    const std::vector<double> p = model.values();
+    const std::vector<double> x{twist, 0.0, rate, 0.0, 0.0};
+    std::vector<double> dx(x.size());
+    Dynamics<double>(model, p.data()).derivative(0.0, 0.0, x.data(), dx.data());
+    return dx[kSpeedGear] / Coefficients<double>(p.data()).gear_mobility;
+  };
+  const double d_g = model.parameter("d_g").value;
+  EXPECT_NEAR(torque(0.0, 0.0, 3.0), 3.0 * d_g, 1e-12);
+  EXPECT_NEAR(torque(1.0, 0.0, 3.0), 0.0, 1e-3 * d_g);
+  EXPECT_NEAR(torque(0.5, 0.0, 3.0), 1.5 * d_g, 1e-3 * d_g);
+  for (const double twist : {-0.3, 0.3})
+    EXPECT_NEAR(torque(1.0, twist, 3.0), torque(0.0, twist, 3.0), 1e-3 * d_g) << twist;
+}
+
+TEST(FlexibleMode, LeavesTheWholeInertiaAsItIsOrComesOnTop) {
+  // All masses and the mode at one acceleration: the torques that this takes add up to J a, or to
+  // that and what is on top.
+  for (const auto& [site, on_top] : std::vector<std::pair<std::string, double>>{{"motor", 0.0},
+                                                                                {"gear", 0.0},
+                                                                                {"arm", 0.0},
+                                                                                {"motor", 1.0},
+                                                                                {"gear", 1.0},
+                                                                                {"arm", 1.0}}) {
     Model model = published_estimate();
-    model.add_effect(std::string("flexible_mode_") + site);
-    model.parameter(std::string("mode_") + site + "_share").value = 0.3;
+    model.add_effect("flexible_mode_" + site);
+    model.parameter("mode_" + site + "_share").value = 0.3;
+    model.parameter("mode_" + site + "_on_top").value = on_top;
     std::vector<double> p;
     for (const Parameter& parameter : model.parameters) p.push_back(parameter.value);
     const std::vector<double> x{0.1, 0.05, 3.0, 2.0, 1.0, 0.01, 2.5};
@@ -273,14 +316,15 @@ TEST(FlexibleMode, LeavesTheWholeInertiaAsItIs) {
     Dynamics<double>(model, p.data()).derivative(0.0, 4.0, x.data(), dx.data());
     const Coefficients<double> c(p.data());
     const double share = 0.3;
-    const auto part = [&](const char* which) { return site == std::string(which) ? share : 0.0; };
+    const auto part = [&](const char* which) { return site == which ? share : 0.0; };
+    const auto left = [&](const char* which) { return 1.0 - (1.0 - on_top) * part(which); };
     const double momentum_rate =
-        (1.0 - part("motor")) * dx[kSpeedMotor] / c.motor_mobility +
-        (1.0 - part("gear")) * dx[kSpeedGear] / c.gear_mobility +
-        (1.0 - part("arm")) * dx[kSpeedArm] / c.arm_mobility +
+        left("motor") * dx[kSpeedMotor] / c.motor_mobility +
+        left("gear") * dx[kSpeedGear] / c.gear_mobility +
+        left("arm") * dx[kSpeedArm] / c.arm_mobility +
         dx[6] * (part("motor") / c.motor_mobility + part("gear") / c.gear_mobility +
                  part("arm") / c.arm_mobility);
-    EXPECT_NEAR(momentum_rate, 4.0 - friction(c, x[kSpeedMotor]), 1e-10) << site;
+    EXPECT_NEAR(momentum_rate, 4.0 - friction(c, x[kSpeedMotor]), 1e-10) << site << on_top;
   }
 }
 
@@ -531,6 +575,18 @@ TEST(ThermalFriction, BeginsAtWhatIsKnownOrEndsThere) {
     }
   }
   EXPECT_EQ(family_of("thermal_friction_cold"), "thermal_friction");
+}
+
+TEST(CoulombAsymmetry, IsOfBothDirectionsOrOfOne) {
+  constexpr double kSpeed = 20.0;
+  Model model = published_estimate();
+  model.add_effect("coulomb_asymmetry");
+  model.parameter("coulomb_asymmetry").value = 0.2;
+  for (const double side : {-1.0, 0.0, 1.0}) {
+    model.parameter("coulomb_asymmetry_side").value = side;
+    EXPECT_NEAR(torque_on(kMotor, model, 0.0, kSpeed), -0.2 * (1.0 + side), 1e-12);
+    EXPECT_NEAR(torque_on(kMotor, model, 0.0, -kSpeed), -0.2 * (1.0 - side), 1e-12);
+  }
 }
 
 TEST(FrictionChange, IsOneUntilThenAndAnotherFromThenOn) {

@@ -22,9 +22,9 @@ void for_each_effect(std::variant<E...> /*catalogue*/, Visit visit) {
 }
 
 constexpr std::string_view kFlexibleMode = "flexible_mode";
-constexpr std::array<std::string_view, 7> kFamilies{
+constexpr std::array<std::string_view, 8> kFamilies{
     kFlexibleMode,      "drive_lag",      "external_torque", "torque_ripple",
-    "thermal_friction", "thermal_torque", "speed_ripple"};
+    "thermal_friction", "thermal_torque", "speed_ripple",    "presliding_friction"};
 
 }  // namespace
 

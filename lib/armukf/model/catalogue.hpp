@@ -36,6 +36,7 @@
 #include "armukf/model/effects/payload_change.hpp"
 #include "armukf/model/effects/pose_inertia.hpp"
 #include "armukf/model/effects/presliding_friction.hpp"
+#include "armukf/model/effects/presliding_friction_lugre.hpp"
 #include "armukf/model/effects/sensor_coupling.hpp"
 #include "armukf/model/effects/sensor_curve.hpp"
 #include "armukf/model/effects/sensor_gain.hpp"
@@ -66,15 +67,15 @@ using CataloguedEffect = std::variant<
     effects::DriveLag, effects::DriveLagSecondOrder, effects::FrictionParameters,
     effects::CoulombAsymmetry, effects::GearFriction, effects::ArmFriction,
     effects::LoadDependentFriction, effects::ThermalFriction, effects::ThermalFrictionHeated,
-    effects::ThermalFrictionCold, effects::PreslidingFriction, effects::Backlash,
-    effects::GearHysteresis, effects::GearDampingQuadratic, effects::ArmStiffnessCubic,
-    effects::FlexibleMode<kArm>, effects::FlexibleMode<kGear>, effects::FlexibleMode<kMotor>,
-    effects::Gravity, effects::PayloadChange, effects::SensorLag, effects::SpeedRipple,
-    effects::SpeedRippleConstant, effects::ExternalTorque<kMotor>, effects::ExternalTorque<kArm>,
-    effects::FrictionChange, effects::FrictionRipple, effects::TorqueRippleCommanded,
-    effects::ThermalTorque, effects::ThermalTorqueHeated, effects::ThermalDamping,
-    effects::GearStiffnessRipple, effects::TransmissionError, effects::PoseInertia,
-    effects::ArmBacklash, effects::ArmHysteresis, effects::SensorCoupling,
+    effects::ThermalFrictionCold, effects::PreslidingFriction, effects::PreslidingFrictionLugre,
+    effects::Backlash, effects::GearHysteresis, effects::GearDampingQuadratic,
+    effects::ArmStiffnessCubic, effects::FlexibleMode<kArm>, effects::FlexibleMode<kGear>,
+    effects::FlexibleMode<kMotor>, effects::Gravity, effects::PayloadChange, effects::SensorLag,
+    effects::SpeedRipple, effects::SpeedRippleConstant, effects::ExternalTorque<kMotor>,
+    effects::ExternalTorque<kArm>, effects::FrictionChange, effects::FrictionRipple,
+    effects::TorqueRippleCommanded, effects::ThermalTorque, effects::ThermalTorqueHeated,
+    effects::ThermalDamping, effects::GearStiffnessRipple, effects::TransmissionError,
+    effects::PoseInertia, effects::ArmBacklash, effects::ArmHysteresis, effects::SensorCoupling,
     effects::GearStiffnessChange, effects::ArmStiffnessChange, effects::GearSlip,
     effects::GearRelaxation, effects::TorqueLimit, effects::TorqueSlew, effects::FrictionLag,
     effects::DriveNotch, effects::SensorGain, effects::FrictionCurve, effects::GearSpringCurve,

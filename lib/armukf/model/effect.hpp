@@ -77,12 +77,12 @@ class Loads {
   void accelerate(const T& acceleration) {
     dx_[kMasses[Site].speed] += acceleration;
   }
-  /// Part of the mass's inertia (1: all of it) that moves by itself, with an acceleration (rad/s^2)
-  /// of its own.
+  /// What the acceleration (rad/s^2) of a part that moves by itself takes, of an inertia relative
+  /// to the mass's own, of which the mass itself then lacks `taken`.
   template <PlantMass Site>
-  void detach(const T& share, const T& acceleration) {
-    dx_[kMasses[Site].speed] -= share * acceleration;
-    add_inertia<Site>(-share);
+  void detach(const T& inertia, const T& taken, const T& acceleration) {
+    dx_[kMasses[Site].speed] -= inertia * acceleration;
+    add_inertia<Site>(-taken);
   }
   /// Inertia, relative to the mass's own.
   template <PlantMass Site>
@@ -147,13 +147,14 @@ struct ChangingInertiaOn {
   }
 };
 
-/// Part of a mass (share of its inertia) that moves by itself, with an acceleration (rad/s^2) of
-/// its own; the rest drives it.
+/// Part of a mass that moves by itself, with an acceleration (rad/s^2) of its own; the rest drives
+/// it. Its inertia, and how much of that is the mass's own, both relative to that.
 template <PlantMass Site, class T>
 struct PartOf {
-  T share;
+  T inertia;
+  T taken;
   T acceleration;
-  void act(Loads<T>& loads) const { loads.template detach<Site>(share, acceleration); }
+  void act(Loads<T>& loads) const { loads.template detach<Site>(inertia, taken, acceleration); }
 };
 
 /// What a parameter of an effect tells: how large the effect is (0: there is none), or of what

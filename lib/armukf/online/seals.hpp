@@ -6,7 +6,7 @@
 /// it, changes: an older checkpoint is then refused instead of being misread.
 namespace armukf {
 
-inline constexpr Seal kSessionSeal{"armukf_s", 12};
-inline constexpr Seal kTrackSeal{"armukf_t", 15};
+inline constexpr Seal kSessionSeal{"armukf_s", 13};
+inline constexpr Seal kTrackSeal{"armukf_t", 16};
 
 }  // namespace armukf

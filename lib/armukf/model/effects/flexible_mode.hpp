@@ -16,6 +16,7 @@ struct ModeNames<kMotor> {
   static constexpr std::string_view share = "mode_motor_share";
   static constexpr std::string_view frequency = "mode_motor_frequency";
   static constexpr std::string_view damping = "mode_motor_damping";
+  static constexpr std::string_view on_top = "mode_motor_on_top";
   static constexpr std::string_view deflection = "mode_motor_deflection";
   static constexpr std::string_view speed = "mode_motor_speed";
 };
@@ -25,6 +26,7 @@ struct ModeNames<kGear> {
   static constexpr std::string_view share = "mode_gear_share";
   static constexpr std::string_view frequency = "mode_gear_frequency";
   static constexpr std::string_view damping = "mode_gear_damping";
+  static constexpr std::string_view on_top = "mode_gear_on_top";
   static constexpr std::string_view deflection = "mode_gear_deflection";
   static constexpr std::string_view speed = "mode_gear_speed";
 };
@@ -34,6 +36,7 @@ struct ModeNames<kArm> {
   static constexpr std::string_view share = "mode_arm_share";
   static constexpr std::string_view frequency = "mode_arm_frequency";
   static constexpr std::string_view damping = "mode_arm_damping";
+  static constexpr std::string_view on_top = "mode_arm_on_top";
   static constexpr std::string_view deflection = "mode_arm_deflection";
   static constexpr std::string_view speed = "mode_arm_speed";
 };
@@ -44,7 +47,8 @@ struct ModeNames<kArm> {
 ///
 ///     torque = J m (omega^2 q + 2 zeta omega q'),
 ///
-/// against the rest and for the part. The mass's whole inertia stays what it is.
+/// against the rest and for the part. The mass's whole inertia stays what it is; where on_top is 1
+/// the part is none of it, and J m comes on top.
 /// Source: S. Moberg, J. Ohr, S. Gunnarsson, "A benchmark problem for robust control of a
 /// multivariable nonlinear flexible manipulator", IFAC World Congress, 2008.
 template <PlantMass Site>
@@ -61,13 +65,14 @@ struct FlexibleMode {
                       10.0,
                       Role::kShape,
                       {3.0, 120.0, 16, false, true}},
-      EffectParameter{Names::damping, "-", 0.03, 1e-4, 2.0, 0.03, Role::kShape, {}}};
+      EffectParameter{Names::damping, "-", 0.03, 1e-4, 2.0, 0.03, Role::kShape, {}},
+      EffectParameter{Names::on_top, "-", 0.0, 0.0, 1.0, 0.5, Role::kShape, {0.0, 1.0, 2}, true}};
   static constexpr std::array states{EffectState{Names::deflection, "rad", Beginning::kZero, 0.02},
                                      EffectState{Names::speed, "rad/s", Beginning::kSpeed, 2.0}};
 
   template <class T>
   static PartOf<Site, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
-    return {p[0], acceleration(motion, x, p)};
+    return {p[0], (1.0 - p[3]) * p[0], acceleration(motion, x, p)};
   }
 
   template <class T>

@@ -19,10 +19,21 @@ T beyond(const T& q, const T& b, double rounding) {
   return beyond(q, b, b, rounding);
 }
 
+inline constexpr double kPlayRounding = 2e-3;  // rad
+
 /// What a twist q (rad) winds its spring by where there is play of b (rad) to either side.
 template <class T>
 T beyond_play(const T& q, const T& b) {
-  return beyond(q, b, 2e-3);
+  return beyond(q, b, kPlayRounding);
+}
+
+/// How far the two sides touch there, its slope over q: 0 in the middle of the play, 1 beyond it.
+template <class T>
+T contact(const T& q, const T& b) {
+  const T above = q + b;
+  const T below = q - b;
+  return 1.0 - 0.5 * (above / smooth_magnitude(above, kPlayRounding) -
+                      below / smooth_magnitude(below, kPlayRounding));
 }
 
 }  // namespace armukf::effects
