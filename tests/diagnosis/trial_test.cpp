@@ -87,9 +87,8 @@ TEST(Trials, CountAllThatWasLookedAt) {
   const double without = looks({{1.0, 2.0}, {}, {}, {}, 2.0, 0.0});
   EXPECT_EQ(without,
             static_cast<double>(trials_for(published_estimate(), {{1.0, 2.0}, {}, {}, {}}).size()));
-  // Two effects repeat with the angle and three resonate, each within its mass and on top of it;
-  // how many are left does not matter.
-  constexpr double kMore = 2 * 300 + 3 * 2 * 800;
+  // Two effects repeat with the angle and three resonate; how many are left does not matter.
+  constexpr double kMore = 2 * 300 + 3 * 800;
   EXPECT_NEAR(looks({{1.0, 2.0, 7.0}, {}, {}, {5.5, 6.5}, 302.0, 800.0}), without + kMore,
               1e-9 * without);
   EXPECT_NEAR(looks({{1.0, 2.0}, {}, {}, {}, 302.0, 800.0}), without + kMore, 1e-9 * without);

@@ -66,7 +66,7 @@ struct FlexibleMode {
                       Role::kShape,
                       {3.0, 120.0, 16, false, true}},
       EffectParameter{Names::damping, "-", 0.03, 1e-4, 2.0, 0.03, Role::kShape, {}},
-      EffectParameter{Names::on_top, "-", 0.0, 0.0, 1.0, 0.5, Role::kShape, {0.0, 1.0, 2}, true}};
+      EffectParameter{Names::on_top, "-", 0.0, 0.0, 1.0, 0.5, Role::kShape, {}, true}};
   static constexpr std::array states{EffectState{Names::deflection, "rad", Beginning::kZero, 0.02},
                                      EffectState{Names::speed, "rad/s", Beginning::kSpeed, 2.0}};
 
