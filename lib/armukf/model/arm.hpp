@@ -58,11 +58,17 @@ T friction_direction(const Coefficients<T>& c, const T& w) {
   return tanh(T(c.beta * w));
 }
 
-/// Friction torque (N.m) at motor speed w (rad/s): viscous, Coulomb and Stribeck; odd in w.
+/// Torque (N.m) of the dry friction at motor speed w (rad/s): Coulomb and Stribeck; odd in w.
+template <class T>
+[[gnu::always_inline]] inline T dry_friction(const Coefficients<T>& c, const T& w) {
+  const SechTanh<T> at = sech_and_tanh(T(c.alpha * w), T(c.beta * w));
+  return (c.Fc + c.Fcs * at.sech) * at.tanh;
+}
+
+/// Friction torque (N.m) at motor speed w (rad/s): viscous and dry; odd in w.
 template <class T>
 [[gnu::always_inline]] inline T friction(const Coefficients<T>& c, const T& w) {
-  const SechTanh<T> at = sech_and_tanh(T(c.alpha * w), T(c.beta * w));
-  return c.Fv * w + (c.Fc + c.Fcs * at.sech) * at.tanh;
+  return c.Fv * w + dry_friction(c, w);
 }
 
 /// Torque (N.m) of the gear's spring, hardening with its twist (rad); acts against positive twist.

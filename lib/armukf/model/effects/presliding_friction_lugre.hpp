@@ -26,24 +26,18 @@ struct PreslidingFrictionLugre {
 
   template <class T>
   static TorqueOn<kMotor, T> contribute(const Motion<T>& motion, const T* x, const T* p) {
-    const T steady = steady_torque(motion);
+    const T steady = dry_friction(motion.arm, motion.speed_motor());
     const T late = lag(motion, steady, p);
     return {late * lag_rate(late) * (steady - x[0])};
   }
 
   template <class T>
   static void rates(const Motion<T>& motion, const T* x, const T* p, T* dx) {
-    const T steady = steady_torque(motion);
+    const T steady = dry_friction(motion.arm, motion.speed_motor());
     dx[0] = lag_rate(lag(motion, steady, p)) * (steady - x[0]);
   }
 
  private:
-  /// N.m, the dry friction that is known.
-  template <class T>
-  static T steady_torque(const Motion<T>& motion) {
-    return friction(motion.arm, motion.speed_motor()) - motion.arm.Fv * motion.speed_motor();
-  }
-
   /// s, by which the bristle's torque is late.
   template <class T>
   static T lag(const Motion<T>& motion, const T& steady, const T* p) {

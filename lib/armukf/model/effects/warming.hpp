@@ -24,8 +24,7 @@ constexpr EffectParameter viscous_share(std::string_view name) {
 template <class T>
 T friction_that_changes(const Motion<T>& motion, const T& viscous_share) {
   const T& w = motion.speed_motor();
-  const T viscous = motion.arm.Fv * w;
-  return viscous + (1.0 - viscous_share) * (friction(motion.arm, w) - viscous);
+  return motion.arm.Fv * w + (1.0 - viscous_share) * dry_friction(motion.arm, w);
 }
 
 }  // namespace armukf::effects
