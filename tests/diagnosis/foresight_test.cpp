@@ -198,6 +198,23 @@ TEST(Thinned, HasEverySecondSampleAndTheTorqueBetween) {
   EXPECT_NEAR(impulse, 0.0, 1e-12);
 }
 
+TEST(Thinned, HasAThousandSamplesASecondOfAnyMore) {
+  for (const int times : {4, 5}) {
+    SCOPED_TRACE(times);
+    Record record = record_of(published_estimate(), 1000);
+    for (Sample& sample : record.samples) sample.t *= 2.0 / times;
+    const Thinned thin = thinned({record}, {});
+    EXPECT_EQ(thin.times, times);
+    const std::vector<Sample>& few = thin.pieces[0].samples;
+    ASSERT_EQ(few.size(), (1000U + times - 1) / times);
+    EXPECT_NEAR(few[1].t - few[0].t, 1e-3, 1e-9);
+    double mean = 0.0;
+    for (int i = 0; i < times; ++i) mean += record.samples[3 * times + i].u / times;
+    EXPECT_NEAR(few[3].u, mean, 1e-12);
+    EXPECT_EQ(few[3].y, record.samples[3 * times].y);
+  }
+}
+
 TEST(Thinned, LeavesAThousandSamplesASecondAsTheyAre) {
   Record record = record_of(published_estimate(), 1000);
   for (Sample& sample : record.samples) sample.t *= 2.0;

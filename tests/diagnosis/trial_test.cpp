@@ -28,6 +28,35 @@ TEST(Trials, HaveTheirSizesAtZeroAndTheirShapesOnTheGrid) {
   }
 }
 
+/// On top of the mass it is a payload as well: in the stead of one effect it would hide what is
+/// one.
+TEST(Trials, PutAModeOnTopOnlyInTheSteadOfTwoEffects) {
+  const auto on_top = [](bool for_two) {
+    Suggested suggested;
+    suggested.for_two = for_two;
+    std::set<double> values;
+    for (const Trial& trial : trials_of("flexible_mode_arm", published_estimate(), suggested)) {
+      const Parameter& p = trial.model.parameter("mode_arm_on_top");
+      EXPECT_TRUE(p.known);
+      values.insert(p.value);
+    }
+    return values;
+  };
+  EXPECT_EQ(on_top(false), std::set<double>{0.0});
+  EXPECT_EQ(on_top(true), (std::set<double>{0.0, 1.0}));
+}
+
+TEST(Trials, AmongFamiliesAreOfAllTheirLawsAndNoOther) {
+  const Suggested suggested{{1.0, 6.0}, {}, {}, {5.5}};
+  std::set<std::string> effects;
+  for (const Trial& trial :
+       trials_among({"thermal_friction", "backlash"}, published_estimate(), suggested))
+    effects.insert(trial.effect);
+  EXPECT_EQ(effects, (std::set<std::string>{"thermal_friction", "thermal_friction_heated",
+                                            "thermal_friction_cold", "backlash"}));
+  EXPECT_TRUE(trials_among({"friction_curve"}, published_estimate(), suggested).empty());
+}
+
 /// The catalogue's sizes are those of an arm of the published inertia.
 TEST(Trials, OfAHeavierArmAreOfLargerTorques) {
   const Suggested suggested{{1.0, 6.0}, {}, {}, {5.5}};

@@ -930,4 +930,23 @@ Contest contest_from(const Model& given, Explained& now, const std::vector<Trial
                    looks, records, acceptance);
 }
 
+std::vector<Promising> promising_fits(const std::vector<Trial>& trials,
+                                      const std::vector<ForesightFit>& bases,
+                                      const TraceRecords& records, double density,
+                                      std::size_t most) {
+  const Thinned looked_at = thinned(records.estimation, records.propagation);
+  std::vector<Begun> begun = begun_fits(trials, bases, looked_at, density).single;
+  keep_first(begun);
+  begun.resize(std::min(begun.size(), most));
+  for_each_job(static_cast<int>(begun.size()), [&](int i) {
+    begun[i].fit = near_the_end(begun[i].fit.model, begun[i].fit.x0, density, looked_at);
+    begun[i].level = level_of(begun[i].fit, looked_at);
+  });
+  keep_first(begun);
+  std::vector<Promising> all;
+  all.reserve(begun.size());
+  for (Begun& b : begun) all.push_back({*b.trial, std::move(b.fit)});
+  return all;
+}
+
 }  // namespace armukf

@@ -136,4 +136,17 @@ Contest contest_from(const Model& given, Explained& now, const std::vector<Trial
                      const Looks& looks, const TraceRecords& records,
                      const AcceptanceSettings& acceptance);
 
+/// A trial with a fit that has nearly ended.
+struct Promising {
+  Trial trial;
+  ForesightFit fit;
+};
+
+/// Of each effect that there is a trial of the fit on top of those bases that foretells best, begun
+/// as in a contest; the best first, and no more than `most`.
+std::vector<Promising> promising_fits(const std::vector<Trial>& trials,
+                                      const std::vector<ForesightFit>& bases,
+                                      const TraceRecords& records, double density,
+                                      std::size_t most);
+
 }  // namespace armukf

@@ -17,8 +17,6 @@
 namespace armukf {
 namespace {
 
-constexpr double kNoHelp = 0.01;  // an effect worth less of every error goes again
-
 /// Initial states of `fewer`, by name, from those of `full`.
 StatesOfPieces states_by_name(const Model& fewer, const Model& full, const StatesOfPieces& x0) {
   StatesOfPieces result(x0.size());
@@ -28,16 +26,6 @@ StatesOfPieces states_by_name(const Model& fewer, const Model& full, const State
       result[e].push_back(x0[e][at - full.states.begin()]);
   }
   return result;
-}
-
-/// The model without that effect, not yet fitted again.
-ForesightFit without_effect(const Completing& completing, const std::string& effect,
-                            const std::vector<FoundEffect>& effects, const ForesightFit& fit) {
-  ForesightFit fewer;
-  fewer.model = without(fit.model, completing.base, effect, effects);
-  fewer.density = fit.density;
-  fewer.x0 = states_by_name(fewer.model, fit.model, fit.x0);
-  return fewer;
 }
 
 /// Whether it is refused for nothing but what it takes from the records of another effect.
@@ -51,6 +39,15 @@ bool only_blurs(const Refit& refit, const AcceptanceSettings& settings) {
 }
 
 }  // namespace
+
+ForesightFit without_effect(const Completing& completing, const std::string& effect,
+                            const std::vector<FoundEffect>& effects, const ForesightFit& fit) {
+  ForesightFit fewer;
+  fewer.model = without(fit.model, completing.base, effect, effects);
+  fewer.density = fit.density;
+  fewer.x0 = states_by_name(fewer.model, fit.model, fit.x0);
+  return fewer;
+}
 
 Explained explained_without(const Completing& completing, std::size_t place,
                             const Diagnosis& diagnosis, const Explained& now) {

@@ -17,6 +17,9 @@
 /// Effects that were found, and go again.
 namespace armukf {
 
+/// An effect that is worth less of every error goes again.
+inline constexpr double kNoHelp = 0.01;
+
 /// What the model is completed from.
 struct Completing {
   const Model& base;                       // without any effect that was found
@@ -24,6 +27,10 @@ struct Completing {
   const TraceRecords& records;
   const AcceptanceSettings& settings;
 };
+
+/// The model without that effect, not yet fitted again.
+ForesightFit without_effect(const Completing& completing, const std::string& effect,
+                            const std::vector<FoundEffect>& effects, const ForesightFit& fit);
 
 /// The best model without the effect at that place.
 Explained explained_without(const Completing& completing, std::size_t place,

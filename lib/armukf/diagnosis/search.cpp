@@ -18,6 +18,10 @@ namespace {
 constexpr double kFarBetter = 0.2;  // of the level: so much less is left that noise may be all
 constexpr double kMuch = 0.3;       // of the error: lacking that, a fit has bent the arm's values
 
+/// So many effects fitted to the end, in all rounds, after which no other round begins: each
+/// further one explains little more, and takes longest.
+constexpr std::size_t kMostJudged = 60;
+
 /// Where predictions again and again speak for what the completed model has none of, they follow
 /// errors of a model that is not to be had.
 constexpr int kMostLooks = 3;
@@ -206,7 +210,7 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
   Standing& standing = search.standing;
   std::set<std::string> set_aside = search.dismissed;  // until another effect is found
   std::optional<NoiseCheck> noise;                     // likewise
-  while (search.rounds < most_rounds) {
+  while (search.rounds < most_rounds && search.judged < kMostJudged) {
     const int round = ++search.rounds;
     say(fmt::format("round {}", round), static_cast<double>(round) / (most_rounds + 2));
     auto [found, looks] = looked_for({first.given,
@@ -214,6 +218,7 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
                                                    records.estimation, records.propagation),
                                       records, settings, set_aside, noise},
                                      standing);
+    search.judged += found.refits.size() + found.pairs.size();
     const Refit* best = best_of(found, records, settings);
     const bool is_pair = best != nullptr && best->trial.beside;
     std::optional<Exchange> exchange;
@@ -241,6 +246,8 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
     const Refit& chosen = *step.chosen.refit;
     set_aside = search.dismissed;
     note(found, &chosen, round, step.diagnosis.candidates);
+    search.alike[chosen.trial.effect] = alike(chosen, found.refits);
+    if (is_pair) search.alike[chosen.trial.beside->effect] = search.alike[chosen.trial.effect];
     const std::size_t effects = search.diagnosis.effects.size();
     search.errors.resize(std::max(search.errors.size(), effects + 1), kInfinite);
     search.errors[effects] = std::min(search.errors[effects], standing.error.mse);
@@ -258,6 +265,38 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
   }
 }
 
+/// Without what no longer helps, and one effect for two, as long as there is one.
+void simplify(Search& search, const Completing& completing) {
+  Diagnosis& diagnosis = search.diagnosis;
+  Standing& standing = search.standing;
+  while (true) {
+    remove_idle(completing, diagnosis, standing.now, standing.held);
+    const std::optional<OneForTwo> one = one_for_two(completing, search.alike, diagnosis,
+                                                     standing.now, standing.held, standing.noise);
+    if (!one) return;
+    const std::string& name = one->refit.trial.effect;
+    std::vector<Refit> rivals;
+    std::set<std::string> families{family_of(name)};
+    double left = 1.0;  // of the error, by both
+    for (const std::size_t place : {one->both[1], one->both[0]}) {
+      const std::string effect = diagnosis.effects[place].effect;
+      for (Refit& rival : search.to_weigh[effect])
+        if (rival.trial.effect != name) rivals.push_back(std::move(rival));
+      families.merge(search.alike[effect]);
+      search.to_weigh.erase(effect);
+      left *= 1.0 - 0.01 * diagnosis.effects[place].mse_reduction_percent;
+      take_out(place, fmt::format("{} alone does what two effects did", name), completing.base,
+               diagnosis, standing.held);
+    }
+    diagnosis.effects.push_back({name, one->refit.evidence.p_value, 100.0 * (1.0 - left), {}});
+    diagnosis.candidates.push_back(candidate_of(one->refit, true, search.rounds));
+    search.to_weigh[name] = std::move(rivals);
+    search.alike[name] = std::move(families);
+    search.all_weighed = false;
+    standing.now = one->refit.explained;
+  }
+}
+
 }  // namespace
 
 Simulated completed(Search& search, const Completing& completing, const Bases& first,
@@ -268,7 +307,7 @@ Simulated completed(Search& search, const Completing& completing, const Bases& f
     if (look < kMostLooks) add_effects(search, completing, first, most_effects, say);
     if (diagnosis.effects.empty()) return without_any;
     say("removal", 0.9);
-    remove_idle(completing, diagnosis, standing.now, standing.held);
+    simplify(search, completing);
     say("names", 0.93);
     if (!search.all_weighed)
       weigh_names(completing.base, search.to_weigh, completing.records, completing.settings,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <set>
 #include <string>
 #include <vector>
@@ -7,6 +8,7 @@
 #include "armukf/diagnosis/candidates.hpp"
 #include "armukf/diagnosis/diagnosis.hpp"
 #include "armukf/diagnosis/finish.hpp"
+#include "armukf/diagnosis/merging.hpp"
 #include "armukf/diagnosis/naming.hpp"
 #include "armukf/diagnosis/removal.hpp"
 #include "armukf/diagnosis/round.hpp"
@@ -23,8 +25,10 @@ struct Search {
   std::set<std::string> dismissed;   // effects that a completed model had none of
   std::set<std::string> led_astray;  // effects that led a completed model astray
   Rivals to_weigh;
+  Alike alike;
   bool all_weighed = false;  // each with all others there
   int rounds = 0;
+  std::size_t judged = 0;  // effects and pairs fitted to the end, in all of them
 };
 
 /// The completed model. An effect that it has none of has stood where another might: what explained

@@ -85,28 +85,31 @@ TraceRecords trace_records(const std::vector<Record>& estimation,
 }
 
 Thinned thinned(std::vector<Record> pieces, const Propagation& propagation) {
-  constexpr double kLongestInterval = 0.6e-3;  // s
+  constexpr double kLongestInterval = 1.1e-3;  // s
   double duration = 0.0;
   double intervals = 0.0;
   for (const Record& piece : pieces) {
     duration += piece.samples.back().t - piece.samples.front().t;
     intervals += static_cast<double>(piece.samples.size()) - 1.0;
   }
-  if (!(duration < kLongestInterval * intervals)) return {std::move(pieces), propagation, 1};
+  const double times = std::floor(kLongestInterval * intervals / duration);
+  if (!(times >= 2.0)) return {std::move(pieces), propagation, 1};
+  const auto each = static_cast<std::size_t>(times);
   for (Record& piece : pieces) {
     const std::vector<Sample> all = std::move(piece.samples);
     piece.samples.clear();
-    for (std::size_t k = 0; k < all.size(); k += 2) {
+    for (std::size_t k = 0; k < all.size(); k += each) {
       Sample sample = all[k];
-      if (k + 2 < all.size()) {
-        const double first = all[k + 1].t - all[k].t;
-        const double second = all[k + 2].t - all[k + 1].t;
-        sample.u = (first * all[k].u + second * all[k + 1].u) / (first + second);
+      const std::size_t end = k + each;
+      if (end < all.size()) {
+        sample.u = 0.0;
+        for (std::size_t i = k; i < end; ++i) sample.u += (all[i + 1].t - all[i].t) * all[i].u;
+        sample.u /= all[end].t - all[k].t;
       }
       piece.samples.push_back(sample);
     }
   }
-  return {std::move(pieces), propagation, 2};
+  return {std::move(pieces), propagation, static_cast<int>(each)};
 }
 
 Blocks blocks_of(const std::vector<Record>& pieces) {

@@ -32,8 +32,8 @@ struct Thinned {
   int times = 1;
 };
 
-/// Every second sample, the torque held from one to the next as it was on average, where that
-/// leaves a thousand a second: it halves the time of what only looks about, and hardly changes what
+/// One sample of so many as leave about a thousand a second, the torque held from one to the next
+/// as it was on average: that saves the time of what only looks about, and hardly changes what
 /// there is to be seen below the highest frequency that is looked for.
 Thinned thinned(std::vector<Record> pieces, const Propagation& propagation);
 

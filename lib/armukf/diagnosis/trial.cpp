@@ -24,7 +24,8 @@ const std::vector<double>& harmonics_of(Turning turning, const Suggested& sugges
 }
 
 std::vector<double> values_of(const Grid& grid, double nominal, const Suggested& suggested) {
-  if (grid.points == 0 && !grid.resonant && !grid.periodic) return {nominal};
+  const bool none = grid.points == 0 && !grid.resonant && !grid.periodic;
+  if (none || (grid.for_two && !suggested.for_two)) return {nominal};
   std::vector<double> values;
   for (int i = 0; i < grid.points; ++i) {
     const double share = grid.points == 1 ? 0.0 : i / (grid.points - 1.0);
@@ -150,6 +151,19 @@ bool has_free(const Trial& trial, bool EffectParameter::*kind) {
   return false;
 }
 
+/// Those of the catalogue for which is_meant(effect) holds, over their grids.
+template <class IsMeant>
+std::vector<Trial> trials_where(IsMeant is_meant, const Model& model, const Suggested& suggested) {
+  std::vector<Trial> all;
+  for (const std::string_view effect : effect_names()) {
+    if (!is_meant(effect)) continue;
+    const std::string name = one_more(effect, model);
+    if (name.empty()) continue;
+    for (Trial& trial : trials_of(name, model, suggested)) all.push_back(std::move(trial));
+  }
+  return all;
+}
+
 }  // namespace
 
 const EffectSlot& slot_of(const Model& model, const std::string& effect) {
@@ -230,14 +244,17 @@ std::vector<Trial> trials_of(std::string_view effect, const Model& model,
 }
 
 std::vector<Trial> trials_for(const Model& model, const Suggested& suggested) {
-  std::vector<Trial> all;
-  for (const std::string_view effect : effect_names()) {
-    if (is_tried_last(find_effect(effect))) continue;
-    const std::string name = one_more(effect, model);
-    if (name.empty()) continue;
-    for (Trial& trial : trials_of(name, model, suggested)) all.push_back(std::move(trial));
-  }
-  return all;
+  return trials_where([](std::string_view effect) { return !is_tried_last(find_effect(effect)); },
+                      model, suggested);
+}
+
+std::vector<Trial> trials_among(const std::set<std::string>& families, const Model& model,
+                                const Suggested& suggested) {
+  return trials_where(
+      [&](std::string_view effect) {
+        return families.contains(family_of(effect)) && !is_learnt_law(find_effect(effect));
+      },
+      model, suggested);
 }
 
 std::vector<Trial> last_trials_for(const Model& model, const Suggested& suggested,

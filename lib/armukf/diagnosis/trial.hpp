@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -76,11 +77,16 @@ struct Suggested {
   double harmonics_looked_at = 0.0;                // of each
   double frequencies_looked_at = 0.0;
   Moments moments = {};
+  bool for_two = false;  // what is tried is to take the place of two effects
 };
 
 /// Every effect of the catalogue that the model does not have, over its grid, and one more of each
 /// that may be there several times; none of those that are tried last.
 std::vector<Trial> trials_for(const Model& model, const Suggested& suggested);
+
+/// The same of all whose family is among those, but for laws that are learnt.
+std::vector<Trial> trials_among(const std::set<std::string>& families, const Model& model,
+                                const Suggested& suggested);
 
 /// The same of those that are tried last; laws that are learnt over what the records cover.
 std::vector<Trial> last_trials_for(const Model& model, const Suggested& suggested,

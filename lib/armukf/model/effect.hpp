@@ -176,7 +176,8 @@ enum class Answer { kAtOnce, kLate };
 /// which the spectrum of the residual over the angle tells as well, of an effect that turns round
 /// as `turning` says; `resonant`: a frequency in Hz, which that over time may tell as well, since a
 /// lightly damped resonance falls between any steps; `gearing`: by how much less than the motor
-/// something turns, which is known of most machines and is looked for where it is not.
+/// something turns, which is known of most machines and is looked for where it is not; `for_two`:
+/// any but the nominal value only where one effect is to take the place of two.
 struct Grid {
   double from = 0.0;
   double to = 0.0;
@@ -185,6 +186,7 @@ struct Grid {
   bool resonant = false;
   Turning turning = Turning::kNever;
   bool gearing = false;
+  bool for_two = false;
 };
 
 /// Name, unit, nominal value, bounds and typical size of one parameter of an effect.

@@ -66,7 +66,15 @@ struct FlexibleMode {
                       Role::kShape,
                       {3.0, 120.0, 16, false, true}},
       EffectParameter{Names::damping, "-", 0.03, 1e-4, 2.0, 0.03, Role::kShape, {}},
-      EffectParameter{Names::on_top, "-", 0.0, 0.0, 1.0, 0.5, Role::kShape, {}, true}};
+      EffectParameter{Names::on_top,
+                      "-",
+                      0.0,
+                      0.0,
+                      1.0,
+                      0.5,
+                      Role::kShape,
+                      {.from = 0.0, .to = 1.0, .points = 2, .for_two = true},
+                      true}};
   static constexpr std::array states{EffectState{Names::deflection, "rad", Beginning::kZero, 0.02},
                                      EffectState{Names::speed, "rad/s", Beginning::kSpeed, 2.0}};
 
