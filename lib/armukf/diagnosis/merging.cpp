@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "armukf/diagnosis/finish.hpp"
 #include "armukf/diagnosis/suggestions.hpp"
 #include "armukf/diagnosis/trial.hpp"
 #include "armukf/model/catalogue.hpp"
@@ -14,7 +15,7 @@ namespace armukf {
 namespace {
 
 constexpr double kTooFar = 0.5;  // of the level: a fit that has nearly ended falls by less
-constexpr double kNearly = 0.2;  // of an error: the likelihood may yet decide for it
+constexpr double kNearly = 0.1;  // of an error: the likelihood may yet decide for it
 
 /// Families of what an effect that was found may be.
 std::set<std::string> families_of(const FoundEffect& found, const Alike& alike) {
@@ -23,6 +24,15 @@ std::set<std::string> families_of(const FoundEffect& found, const Alike& alike) 
   if (const auto at = alike.find(found.effect); at != alike.end())
     families.insert(at->second.begin(), at->second.end());
   return families;
+}
+
+/// Whether a trial is of an effect that the model has, with the same of what is known of it.
+bool is_there(const Trial& trial, const Model& model) {
+  if (!model.has_effect(trial.effect)) return false;
+  return std::ranges::all_of(model.parameters, [&](const Parameter& p) {
+    const auto its = std::ranges::find(trial.model.parameters, p.name, &Parameter::name);
+    return its == trial.model.parameters.end() || !its->known || its->value == p.value;
+  });
 }
 
 /// One effect in the stead of the two at those places.
@@ -50,7 +60,8 @@ class Merging {
         placed(rest_.model, records.estimation, records.propagation, rest_.x0);
     Suggested suggested = suggested_by(simulated, rest_, records.estimation, records.propagation);
     suggested.for_two = true;
-    const std::vector<Trial> trials = trials_among(families_, rest_.model, suggested);
+    std::vector<Trial> trials = trials_among(families_, rest_.model, suggested);
+    std::erase_if(trials, [&](const Trial& t) { return is_there(t, now_.fit.model); });
     if (trials.empty()) return {};
     const Looks looks = looks_of(trials);
     Explained before = now_;
@@ -69,7 +80,10 @@ class Merging {
   }
 
   bool does_as_well(const Refit& refit, double share) const {
-    return as_well(refit.explained, now_, kMiddle, !completing_.records.validation.empty(), share);
+    const TraceRecords& records = completing_.records;
+    return as_well(refit.explained, now_, kMiddle, !records.validation.empty(), share) &&
+           armukf::does_as_well(error_so_far(refit.explained, records).mse,
+                                error_so_far(now_, records).mse, share);
   }
 
  private:
@@ -118,14 +132,14 @@ std::optional<OneForTwo> one_for_two(const Completing& completing, const Alike& 
       const Merging merging(completing, alike, diagnosis, now, first, second);
       const std::vector<Refit> found = merging.found();
       if (found.empty()) continue;
+      const Model arm = with_values(merging.rest(), found.front().explained.fit.model);
       const std::vector<Stead> steads =
-          check.instead(set_free(merging.rest(), held), found, completing.settings);
-      for (const Refit& refit : found) {
-        const auto stead = std::ranges::find(steads, &refit, &Stead::rival);
-        const bool is_one =
-            stead != steads.end() ? stead->gain >= 0.0 : merging.does_as_well(refit, kNoHelp);
-        if (is_one) return OneForTwo{refit, {first, second}};
-      }
+          check.instead(set_free(arm, held), found, completing.settings);
+      const auto as_good = std::ranges::find_if(found, [&](const Refit& refit) {
+        return steads.empty() ? merging.does_as_well(refit, kNoHelp)
+                              : &refit == steads.front().rival && steads.front().gain >= 0.0;
+      });
+      if (as_good != found.end()) return OneForTwo{*as_good, {first, second}};
     }
   return {};
 }

@@ -29,13 +29,13 @@ struct OneForTwo {
   std::array<std::size_t, 2> both;  // their places among the effects, in order
 };
 
-/// One effect in the stead of two, where the records are as likely with it, with a price for each
-/// value that is fitted (NoiseCheck::instead), or where that cannot be told, the model with it
-/// foretells as well: a search that adds what helps most, one after the other, may put together
-/// from two names what is one thing, as a torque constant that is too small from a payload and more
-/// friction. Tried are all laws of the names of either, of what they may be confused with, and of
-/// what explained much when either was found; nothing where many were found. noise: of nearly the
-/// model as it is now.
+/// One effect in the stead of two, where the model with it foretells and simulates nearly as well
+/// and the records are as likely, with a price for each value that is fitted (NoiseCheck::instead);
+/// or where that cannot be told, it does so as well: a search that adds what helps most, one after
+/// the other, may put together from two names what is one thing, as a torque constant that is too
+/// small from a payload and more friction. Tried are all laws of the names of either, of what they
+/// may be confused with, and of what explained much when either was found; nothing where many were
+/// found. noise: of nearly the model as it is now.
 std::optional<OneForTwo> one_for_two(const Completing& completing, const Alike& alike,
                                      const Diagnosis& diagnosis, const Explained& now,
                                      const Held& held, const KnownNoise& noise);
