@@ -544,6 +544,16 @@ ForesightFit near_the_end(const Model& from, const StatesOfPieces& x0, double de
   return thinned_fit(from, x0, records, density, kLong / 3, Extent::kNear);
 }
 
+/// All fits that have begun, and of each effect the one that then foretells best, best first.
+void bring_near_the_end(std::vector<Begun>& begun, double density, const Thinned& records) {
+  for_each_job(static_cast<int>(begun.size()), [&](int i) {
+    Begun& b = begun[i];
+    b.fit = near_the_end(b.fit.model, b.fit.x0, density, records);
+    b.level = level_of(b.fit, records);
+  });
+  keep_first(begun);
+}
+
 /// From there to the end. worth: as of a fit.
 Refit to_the_end(const Trial& trial, const ForesightFit& near, const TraceRecords& records,
                  const WorthLeavingOut& worth = {}) {
@@ -826,12 +836,7 @@ Contest judged_of(const std::vector<Begun>& begun, const Thinned& looked_at, Exp
     const auto at = judged.try_emplace(b.trial->effect, worth).first;
     if (at->second) promising.push_back(b);
   }
-  for_each_job(static_cast<int>(promising.size()), [&](int i) {
-    Begun& b = promising[i];
-    b.fit = near_the_end(b.fit.model, b.fit.x0, density, looked_at);
-    b.level = level_of(b.fit, looked_at);
-  });
-  keep_first(promising);
+  bring_near_the_end(promising, density, looked_at);
   Contest result;
   const auto end_with = [&](std::span<const Begun> those) {
     std::vector<Refit> refits(those.size());
@@ -938,11 +943,7 @@ std::vector<Promising> promising_fits(const std::vector<Trial>& trials,
   std::vector<Begun> begun = begun_fits(trials, bases, looked_at, density).single;
   keep_first(begun);
   begun.resize(std::min(begun.size(), most));
-  for_each_job(static_cast<int>(begun.size()), [&](int i) {
-    begun[i].fit = near_the_end(begun[i].fit.model, begun[i].fit.x0, density, looked_at);
-    begun[i].level = level_of(begun[i].fit, looked_at);
-  });
-  keep_first(begun);
+  bring_near_the_end(begun, density, looked_at);
   std::vector<Promising> all;
   all.reserve(begun.size());
   for (Begun& b : begun) all.push_back({*b.trial, std::move(b.fit)});

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "armukf/diagnosis/finish.hpp"
+#include "armukf/diagnosis/naming.hpp"
 #include "armukf/diagnosis/suggestions.hpp"
 #include "armukf/diagnosis/trial.hpp"
 #include "armukf/model/catalogue.hpp"
@@ -111,11 +112,10 @@ class Merging {
 }  // namespace
 
 std::set<std::string> alike(const Refit& chosen, const std::vector<Refit>& refits) {
-  constexpr double kMuch = 0.33;  // of the merit
   std::set<std::string> families{family_of(chosen.trial.effect)};
   for (const Refit& refit : refits)
     if (!is_learnt_law(refit.trial.model.effects.back().effect) &&
-        refit.evidence.merit(chosen.shows_at) > kMuch * chosen.evidence.merit(chosen.shows_at))
+        refit.evidence.merit(chosen.shows_at) > kAThird * chosen.evidence.merit(chosen.shows_at))
       families.insert(family_of(refit.trial.effect));
   return families;
 }

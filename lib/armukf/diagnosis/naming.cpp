@@ -15,7 +15,6 @@ namespace {
 
 constexpr double kNearlyAsGood = 0.8;    // of the merit: the record cannot tell the two apart
 constexpr double kNearlyAsLikely = 3.0;  // nats: the likelihoods differ by less than 20 to 1
-constexpr double kAThird = 0.33;         // of the merit: the likelihood may yet decide for it
 
 bool explains_nearly_as_much(const Refit& refit, const Refit& chosen) {
   const auto gain = [](const Refit& r) { return r.evidence.likelihood_gain; };

@@ -14,6 +14,9 @@
 /// Which of several names an effect has.
 namespace armukf {
 
+/// Of the merit of what was chosen: the likelihood may yet decide for what has that much.
+inline constexpr double kAThird = 0.33;
+
 /// A learnt law needs more than likelihood: it may err beyond what it was learnt over. And the
 /// torque's noise is taken for white: what gives it a colour may describe no more than that.
 bool likelihood_tells(const Trial& trial);

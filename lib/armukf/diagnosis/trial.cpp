@@ -261,21 +261,18 @@ std::vector<Trial> last_trials_for(const Model& model, const Suggested& suggeste
                                    const std::vector<Record>& pieces,
                                    const Propagation& propagation) {
   std::vector<Trial> all;
-  for (const std::string_view effect : effect_names()) {
-    if (!is_tried_last(find_effect(effect))) continue;
-    const std::string name = one_more(effect, model);
-    if (name.empty()) continue;
-    for (Trial& trial : trials_of(name, model, suggested)) {
-      if (!is_learnt_law(trial.model.effects.back().effect)) {
-        all.push_back(std::move(trial));
-        continue;
-      }
-      cover_ranges(trial.model, pieces, propagation);
-      const std::vector<double> covered = trial.model.values();
-      all.push_back(trial);
-      widen_ranges(trial.model, kFurtherThanCovered);
-      if (trial.model.values() != covered) all.push_back(std::move(trial));
+  for (Trial& trial :
+       trials_where([](std::string_view effect) { return is_tried_last(find_effect(effect)); },
+                    model, suggested)) {
+    if (!is_learnt_law(trial.model.effects.back().effect)) {
+      all.push_back(std::move(trial));
+      continue;
     }
+    cover_ranges(trial.model, pieces, propagation);
+    const std::vector<double> covered = trial.model.values();
+    all.push_back(trial);
+    widen_ranges(trial.model, kFurtherThanCovered);
+    if (trial.model.values() != covered) all.push_back(std::move(trial));
   }
   return all;
 }
