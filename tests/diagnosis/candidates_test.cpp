@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <map>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -93,10 +96,11 @@ TEST(Contest, LooksForWhatHappensOverAllOfTheRecord) {
     const std::vector<Trial> trials =
         trials_of("payload_change", now.fit.model, {.moments = {2.0, 7.0}});
     const AcceptanceSettings settings;
+    ContestFits fits;
     const Contest found =
         load < 1.0
-            ? contest(now, {now.fit}, trials, looks_of(trials), records, settings)
-            : contest_from(published_arm(), now, trials, looks_of(trials), records, settings);
+            ? contest(now, {now.fit}, trials, looks_of(trials), records, settings, fits)
+            : contest_from(published_arm(), now, trials, looks_of(trials), records, settings, fits);
     const Refit* best = best_found(found.refits);
     ASSERT_NE(best, nullptr) << load;
     EXPECT_NEAR(best->explained.fit.model.parameter("payload_time").value, kTime,
@@ -134,12 +138,48 @@ TEST(Contest, LooksAtTheWholeWhereTheFirstPartShowsNothing) {
   const TraceRecords records = trace_records({gentle_at_first(plant)}, {}, {}, 0.05);
   Explained now = explained(published_arm(), {}, records, kForesightDensity);
   const std::vector<Trial> trials = trials_for(now.fit.model, {});
-  const Contest found = contest(now, {now.fit}, trials, looks_of(trials), records, {});
+  ContestFits fits;
+  const Contest found = contest(now, {now.fit}, trials, looks_of(trials), records, {}, fits);
   const Refit* best = best_found(found.refits);
   ASSERT_NE(best, nullptr);
   EXPECT_EQ(best->trial.effect, "arm_stiffness_cubic");
   EXPECT_NEAR(best->explained.fit.model.parameter("arm_stiffness_cubic").value, kCubic,
               0.1 * kCubic);
+}
+
+/// Another one without what the first has found, from what that has fitted: as if it had fitted all
+/// by itself, and none of it again.
+TEST(Contest, GoesOnFromWhatAnotherHasFitted) {
+  Model plant = published_estimate();
+  plant.add_effect("gear_damping_quadratic");
+  plant.parameter("gear_damping_quadratic").value = 0.1;
+  const TraceRecords records = trace_records(
+      {simulate_experiment(plant, {.samples = 12000, .sensor_noise = 0.1}).record}, {}, {}, 0.05);
+  const Explained base = explained(published_arm(), {}, records, kForesightDensity);
+  std::vector<Trial> trials = trials_among(
+      {"gear_damping_quadratic", "gear_friction", "backlash", "torque_gain"}, base.fit.model, {});
+  const Looks looks = looks_of(trials);
+  ContestFits fits;
+  Explained now = base;
+  const Contest first = contest(now, {base.fit}, trials, looks, records, {}, fits);
+  const Refit* best = best_found(first.refits);
+  ASSERT_NE(best, nullptr);
+  EXPECT_EQ(best->trial.effect, "gear_damping_quadratic");
+  const std::size_t ended = fits.ended.size();
+  std::erase_if(trials, [&](const Trial& trial) { return trial.effect == best->trial.effect; });
+  const auto told = [&](ContestFits& from) {
+    Explained again = base;
+    std::map<std::string, double> costs;
+    for (const Refit& refit : contest(again, {base.fit}, trials, looks, records, {}, from).refits)
+      costs[refit.trial.effect] = refit.explained.fit.cost;
+    return costs;
+  };
+  ContestFits none;
+  const std::map<std::string, double> by_itself = told(none);
+  EXPECT_EQ(by_itself.size(), 3U);
+  EXPECT_EQ(told(fits), by_itself);
+  EXPECT_GE(fits.ended.size(), ended);
+  EXPECT_EQ(fits.trials.size(), trials.size() + 1);
 }
 
 /// What a payload leaves that comes and goes, no change that stays can tell.
@@ -157,7 +197,8 @@ TEST(Contest, LooksForWhatIsThereForAWhile) {
   Explained now = explained(published_arm(), {}, records, kForesightDensity);
   const std::vector<Trial> trials =
       trials_of("payload_change", now.fit.model, {.moments = {2.0, 7.0}});
-  const Contest found = contest(now, {now.fit}, trials, looks_of(trials), records, {});
+  ContestFits fits;
+  const Contest found = contest(now, {now.fit}, trials, looks_of(trials), records, {}, fits);
   const Refit* best = best_found(found.refits);
   ASSERT_NE(best, nullptr);
   const Model& model = best->explained.fit.model;
@@ -185,8 +226,8 @@ TEST(Contest, LooksForAnEffectAtTheOtherMassesAsWell) {
   trials.push_back(trials_of("flexible_mode_gear", now.fit.model, {}).front());
   Model& far = trials.back().model;
   far.parameter("mode_gear_frequency").value = far.parameter("mode_gear_frequency").upper;
-  const Contest found =
-      contest(now, {now.fit}, trials, looks_of(trials), records, AcceptanceSettings{});
+  ContestFits fits;
+  const Contest found = contest(now, {now.fit}, trials, looks_of(trials), records, {}, fits);
   const Refit* best = best_found(found.refits);
   ASSERT_NE(best, nullptr);
   EXPECT_EQ(best->trial.effect, "flexible_mode_gear");
@@ -210,7 +251,8 @@ TEST(Contest, FitsEffectsAtOnceThatHideEachOther) {
   for (const char* effect : {"payload_change", "torque_gain", "gear_friction"})
     for (Trial& trial : trials_of(effect, now.fit.model, {})) trials.push_back(std::move(trial));
   const AcceptanceSettings settings;
-  const Contest found = contest(now, bases.all, trials, looks_of(trials), records, settings);
+  ContestFits fits;
+  const Contest found = contest(now, bases.all, trials, looks_of(trials), records, settings, fits);
   const Refit* pair = best_pair(found.pairs, best_found(found.refits), records, settings);
   ASSERT_NE(pair, nullptr);
   const Model& model = pair->explained.fit.model;
@@ -419,9 +461,11 @@ TEST(ContestFrom, FindsWhatMinimaWithoutItDoNotLeadTo) {
              std::abs(best->explained.fit.model.parameter("backlash").value - 0.15) < 0.02;
     };
     Explained base = now;
-    near += is_found(contest(base, {now.fit}, play, looks, records, {}));
+    ContestFits fits;
+    near += is_found(contest(base, {now.fit}, play, looks, records, {}, fits));
     base = now;
-    far += is_found(contest_from(published_arm(), base, play, looks, records, {}));
+    ContestFits fits_from_given;
+    far += is_found(contest_from(published_arm(), base, play, looks, records, {}, fits_from_given));
   }
   EXPECT_LE(near, 1);
   EXPECT_GE(far, 3);

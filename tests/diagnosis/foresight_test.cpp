@@ -223,6 +223,50 @@ TEST(Thinned, LeavesAThousandSamplesASecondAsTheyAre) {
   EXPECT_EQ(thin.pieces[0].samples.size(), 1000U);
 }
 
+/// Longer steps only where they follow all that the model does: a lag of two milliseconds, not one
+/// that is hardly there, nor a stiff arm.
+TEST(Thinned, TakesStepsTwiceAsLongWhereTheModelIsSlowEnough) {
+  const Propagation usual;
+  const Thinned thin = thinned({record_of(published_estimate(), 1000)}, usual);
+  const auto are_longer = [&](const Model& model) {
+    return thin.propagation_of(model).max_step_s > usual.max_step_s;
+  };
+  Model model = published_estimate();
+  EXPECT_TRUE(are_longer(model));
+  model.add_effect("sensor_lag");
+  EXPECT_FALSE(are_longer(model));
+  model.parameter("sensor_lag_time").value = 2e-3;
+  EXPECT_TRUE(are_longer(model));
+  model.parameter("k_g1").value *= 1000.0;
+  EXPECT_FALSE(are_longer(model));
+}
+
+/// Whatever the effect, with such steps the arm does what it does with short ones.
+TEST(Thinned, FollowsEveryEffectByItsSteps) {
+  for (const std::string_view effect : effect_names()) {
+    Model model = published_estimate();
+    model.add_effect(effect);
+    const EffectSlot& slot = model.effects.front();
+    const std::vector<EffectParameter> own = parameters_of(slot.effect);
+    for (std::size_t i = 0; i < own.size(); ++i)
+      if (own[i].role == Role::kSize)
+        model.parameters[slot.first_parameter + i].value = std::min(own[i].scale, own[i].upper);
+    const std::vector<Record> pieces{record_of(model, 8000)};
+    const Thinned thin = thinned(pieces, {});
+    const StatesOfPieces x0 = states_before(model, pieces, {});
+    const std::vector<Sample>& samples = thin.pieces[0].samples;
+    const std::vector<double> longer = simulate(model, x0[0], samples, thin.propagation_of(model));
+    const std::vector<double> shorter = simulate(model, x0[0], samples, {.max_step_s = 1e-4});
+    double off = 0.0;    // (rad/s)^2
+    double moved = 0.0;  // likewise
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+      off += std::pow(longer[k] - shorter[k], 2);
+      moved += shorter[k] * shorter[k];
+    }
+    EXPECT_LT(std::sqrt(off / moved), 2e-3) << effect;
+  }
+}
+
 TEST(Thinned, ShowsTheSameErrors) {
   // Of an arm whose gear is too soft: by horizons in time, not in samples. Of the truth, where half
   // as many measurements leave the filter twice the variance, no more than that.

@@ -18,7 +18,7 @@ namespace {
 class FoundTwo {
  public:
   FoundTwo(const Model& truth, const std::vector<std::string>& effects) {
-    records_.estimation = {noisy_record(truth, 6000, 0.05, 0.3, 5)};
+    records_.estimation = {noisy_record(truth, 8000, 0.05, 0.3, 5)};
     Model full = base_;
     for (const std::string& effect : effects) {
       full.add_effect(effect);

@@ -130,7 +130,8 @@ std::vector<AheadScore::Columns> AheadScore::columns_of_all(
 
 WeightedInnovations AheadScore::innovations(const Model& model, const StatesOfPieces& x0,
                                             const std::vector<int>& parameters) const {
-  return weighted_innovations(model, x0, records_.pieces, records_.propagation, gains_, parameters);
+  return weighted_innovations(model, x0, records_.pieces, records_.propagation_of(model), gains_,
+                              parameters);
 }
 
 double AheadScore::gain_of(double share) const { return -0.5 * counted_ * std::log1p(-share); }

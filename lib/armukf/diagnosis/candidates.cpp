@@ -21,11 +21,6 @@
 namespace armukf {
 namespace {
 
-constexpr int kLong = 60;            // iterations to the end of a fit
-constexpr std::size_t kStarts = 4;   // of an effect
-constexpr int kFirst = 2;            // iterations from each
-constexpr int kSecond = 4;           // more, from the best
-constexpr std::size_t kBegun = 16;   // effects that are gone on with at all
 constexpr std::size_t kRefits = 12;  // effects of a round that are fitted to the end and judged
 constexpr std::size_t kSurelyJudged = 4;  // of them, whatever they promise
 constexpr double kFarBehind = 0.25;       // of what the best lowers the level by: others wait
@@ -33,13 +28,9 @@ constexpr double kLeastFall = 0.01;       // of the level where it is fitted: le
 constexpr double kSameLevel = 0.02;       // of two minima
 constexpr double kBetterMinimum = 0.005;  // by that in level
 constexpr double kFarMinimum = 1.0;       // of the level above the best: no effect leads back there
-constexpr double kLedUp = 0.05;           // of the level: a start that is not worth going on from
-/// Of the level: where most effects, and so the arm alone, get on with the first parts so much
-/// better than the base with the whole, what is missing shows later.
-constexpr double kShowsLater = 0.5;
-constexpr double kMuchSoon = 0.1;       // of the error: the fast dynamics are not yet right
-constexpr double kFarMore = 2.0;        // times, of the merit
-constexpr double kPerParameter = 0.03;  // of the merit, the price of each further parameter
+constexpr double kMuchSoon = 0.1;         // of the error: the fast dynamics are not yet right
+constexpr double kFarMore = 2.0;          // times, of the merit
+constexpr double kPerParameter = 0.03;    // of the merit, the price of each further parameter
 
 Explained with_errors(ForesightFit fit, const TraceRecords& records) {
   Explained result;
@@ -53,53 +44,6 @@ Explained with_errors(ForesightFit fit, const TraceRecords& records) {
   return result;
 }
 
-/// A fit of an effect that has only begun.
-struct Begun {
-  const Trial* trial;
-  ForesightFit fit;
-  std::size_t base = 0;
-  double level = 0.0;   // of what it foretells
-  double excess = 0.0;  // of that over what most effects reach on the same base
-};
-
-/// What most effects reach on each base: a base far from any minimum leaves more to all of them.
-std::vector<double> medians(const std::vector<Begun>& begun, std::size_t bases) {
-  std::vector<double> result;
-  for (std::size_t base = 0; base < bases; ++base) {
-    std::vector<double> levels;
-    for (const Begun& b : begun)
-      if (b.base == base) levels.push_back(b.level);
-    const auto middle = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() / 2);
-    if (!levels.empty()) std::ranges::nth_element(levels, middle);
-    result.push_back(levels.empty() ? 0.0 : *middle);
-  }
-  return result;
-}
-
-/// Leaves of each of so many effects the fit that foretells best, and the one that has most over
-/// others on its base, best first.
-void keep_best(std::vector<Begun>& begun, std::size_t effects) {
-  std::ranges::stable_sort(begun, {}, &Begun::level);
-  std::map<std::string, const Begun*> ahead;
-  for (const Begun& b : begun) {
-    const Begun*& best = ahead[b.trial->effect];
-    if (best == nullptr || b.excess < best->excess) best = &b;
-  }
-  std::vector<Begun> kept;
-  std::map<std::string, int> count;
-  for (const Begun& b : begun) {
-    if (!count.contains(b.trial->effect) && count.size() == effects) continue;
-    if (count[b.trial->effect]++ == 0 || ahead[b.trial->effect] == &b) kept.push_back(b);
-  }
-  begun = std::move(kept);
-}
-
-/// Leaves of each effect the fit that foretells best, best first.
-void keep_first(std::vector<Begun>& begun) {
-  std::ranges::stable_sort(begun, {}, &Begun::level);
-  keep_first_of_each(begun, 1, [](const Begun& b) { return b.trial->effect; });
-}
-
 /// Of these, best first, how many are not far behind the best. without: the level without effect.
 std::size_t ahead(const std::vector<Begun>& begun, double without) {
   std::size_t count = 0;
@@ -107,273 +51,6 @@ std::size_t ahead(const std::vector<Begun>& begun, double without) {
     if (count < kSurelyJudged || without - b.level > kFarBehind * (without - begun.front().level))
       ++count;
   return count;
-}
-
-/// The first half of each piece, or five seconds if that is more: enough to tell a good start from
-/// a bad one.
-std::vector<Record> beginnings(std::vector<Record> pieces) {
-  constexpr double kEnoughS = 5.0;
-  for (Record& piece : pieces) {
-    const double duration = piece.samples.back().t - piece.samples.front().t;
-    const double share = duration > 0.0 ? std::clamp(kEnoughS / duration, 0.5, 1.0) : 1.0;
-    piece.samples = beginning(piece.samples, share);
-  }
-  return pieces;
-}
-
-/// A fit to the thinned pieces: what another one, to all samples, begins with.
-ForesightFit thinned_fit(const Model& model, const StatesOfPieces& x0, const Thinned& records,
-                         double density, int iterations, Extent extent) {
-  ForesightFit fit = fit_foresight(model, x0, records.pieces, records.propagation,
-                                   thinned_density(density, records.times), iterations, extent);
-  fit.density = density;
-  return fit;
-}
-
-/// Where fits of an effect on top of a base begin.
-struct Start {
-  const Trial* trial;
-  std::size_t base;
-  Suggestion suggestion;
-};
-
-/// The filter's gains on top of a base, by which what it lacks is looked for: that by which all is
-/// judged, and that of a fit.
-struct BaseGains {
-  std::vector<Gains> judging;
-  std::vector<Gains> fitting;
-};
-
-BaseGains gains_on(const ForesightFit& base, const Thinned& records, double density) {
-  const auto of = [&](double d) {
-    return foresight_gains(base.model, base.x0, records.pieces, records.propagation,
-                           thinned_density(d, records.times));
-  };
-  BaseGains gains{of(kForesightDensity), {}};
-  gains.fitting = density == kForesightDensity ? gains.judging : of(density);
-  return gains;
-}
-
-/// None of the effect on top of a base.
-Suggestion none_of(const Trial& trial, const ForesightFit& base) {
-  const Model none = with_values(trial.model, base.model);
-  return {0.0, 0.0, none, extended(base.x0, none)};
-}
-
-/// Two effects that hide each other on top of a base, with the sizes that a score test suggests.
-struct PairStart {
-  Trial trial;
-  Model model;
-  StatesOfPieces x0;
-  double gain;
-};
-
-/// The pair's trial has what frees parameters of the arm first, of which no other effect knows.
-std::optional<PairStart> pair_start(const MaskedPair& pair, const std::vector<Trial>& trials,
-                                    const ForesightFit& base) {
-  std::array trials_of_pair{&trials[pair.first], &trials[pair.second]};
-  std::span<const double> sizes(pair.sizes);
-  const std::size_t count = trials_of_pair[0]->sizes.size();
-  std::array sizes_of_pair{sizes.first(count), sizes.subspan(count)};
-  if (parameters_of(trials_of_pair[1]->model.effects.back().effect).empty()) {
-    std::swap(trials_of_pair[0], trials_of_pair[1]);
-    std::swap(sizes_of_pair[0], sizes_of_pair[1]);
-  }
-  std::optional<Trial> both = together(*trials_of_pair[0], *trials_of_pair[1]);
-  if (!both) return {};
-  PairStart start{std::move(*both), {}, {}, pair.gain};
-  start.model = with_values(start.trial.model, base.model);
-  start.x0 = extended(base.x0, start.model);
-  const auto set = [&](const std::vector<int>& positions, std::span<const double> values) {
-    for (std::size_t i = 0; i < positions.size(); ++i)
-      start.model.parameters[positions[i]].value = values[i];
-  };
-  set(start.trial.beside->sizes, sizes_of_pair[0]);
-  set(start.trial.sizes, sizes_of_pair[1]);
-  return start;
-}
-
-/// Where fits on top of bases begin, of single effects and of pairs.
-struct Starts {
-  std::vector<Start> single;
-  std::vector<PairStart> pairs;
-};
-
-/// Every trial on top of a base, and of each effect the most promising.
-Starts starts_on(const std::vector<ForesightFit>& bases, std::size_t base,
-                 const std::vector<Gains>& gains, const std::vector<Trial>& trials,
-                 std::size_t of_each, const Thinned& records) {
-  const ForesightFit& fit = bases[base];
-  const AheadScore score(fit.model, fit.x0, records, gains);
-  Scores scores = score.with_pairs(trials);
-  Starts starts;
-  starts.single.reserve(trials.size());
-  for (std::size_t i = 0; i < trials.size(); ++i)
-    starts.single.push_back({&trials[i], base, std::move(scores.suggestions[i])});
-  std::ranges::stable_sort(starts.single, std::greater{},
-                           [](const Start& s) { return s.suggestion.share; });
-  keep_first_of_each(starts.single, of_each, [](const Start& s) { return manner_of(*s.trial); });
-  // A law is linear in its sizes: where the step that is suggested goes too far, a fit goes the
-  // right way from none of it.
-  for (const Trial& trial : trials) {
-    if (!is_learnt_law(trial.model.effects.back().effect)) continue;
-    starts.single.push_back({&trial, base, none_of(trial, fit)});
-  }
-  for (const MaskedPair& pair : scores.masked)
-    if (std::optional<PairStart> start = pair_start(pair, trials, fit))
-      starts.pairs.push_back(std::move(*start));
-  return starts;
-}
-
-/// Of what it foretells of what it was fitted to.
-double level_of(const ForesightFit& fit, const Thinned& records) {
-  return foresight_errors(fit.model, fit.x0, records.pieces, records.propagation, {}, kMiddle, kFar,
-                          records.times)
-      .level();
-}
-
-/// Fits that have only begun, and pairs that wait for theirs.
-struct BegunFits {
-  std::vector<Begun> single;  // most promising first
-  std::vector<PairStart> pairs;
-};
-
-/// What fits are begun on: records, and on top of each base the filter's gains there and what it
-/// foretells of them.
-struct Beginning {
-  const Thinned& records;
-  std::vector<BaseGains> gains;
-  std::vector<double> levels;
-
-  Beginning(const std::vector<ForesightFit>& bases, const Thinned& thinned, double density)
-      : records(thinned), gains(bases.size()), levels(bases.size()) {
-    for_each_job(static_cast<int>(bases.size()), [&](int i) {
-      gains[i] = gains_on(bases[i], records, density);
-      levels[i] = level(bases[i], i);
-    });
-  }
-
-  double level(const ForesightFit& fit, std::size_t base) const {
-    return begun_errors(fit, records.pieces, records.propagation, gains[base].judging,
-                        records.times)
-        .level();
-  }
-
-  ForesightFit begun(const Suggestion& from, std::size_t base) const {
-    return begin_foresight(from.model, from.x0, records.pieces, records.propagation,
-                           gains[base].fitting, kFirst);
-  }
-};
-
-/// Where fits of what happens begin on top of a base, most promising moments of each effect first.
-std::vector<Start> starts_of_happenings(const std::vector<ForesightFit>& bases, std::size_t base,
-                                        const std::vector<Trial>& trials, const Beginning& whole) {
-  std::vector<Trial> those;
-  std::vector<const Trial*> own;
-  for (const Trial& trial : trials) {
-    if (!happens(trial)) continue;
-    those.push_back(trial);
-    own.push_back(&trial);
-  }
-  if (those.empty()) return {};
-  std::vector<Start> starts =
-      starts_on(bases, base, whole.gains[base].judging, those, kMoments, whole.records).single;
-  for (Start& start : starts) start.trial = own[start.trial - those.data()];
-  return starts;
-}
-
-/// Every effect from its most promising starts on each base, begun on a part of the records; what
-/// happens on all of them (whole).
-BegunFits begun_on(const Beginning& part, const Beginning& whole, const std::vector<Trial>& trials,
-                   const std::vector<ForesightFit>& bases) {
-  const std::size_t of_each = std::max<std::size_t>(2, kStarts / bases.size());
-  std::vector<Start> starts;
-  BegunFits all;
-  for (std::size_t base = 0; base < bases.size(); ++base) {
-    Starts on = starts_on(bases, base, part.gains[base].judging, trials, of_each, part.records);
-    std::erase_if(on.single, [](const Start& start) { return happens(*start.trial); });
-    std::ranges::move(on.single, std::back_inserter(starts));
-    std::ranges::move(on.pairs, std::back_inserter(all.pairs));
-    std::ranges::move(starts_of_happenings(bases, base, trials, whole), std::back_inserter(starts));
-  }
-  std::vector<Begun>& begun = all.single;
-  begun.resize(starts.size());
-  for_each_job(static_cast<int>(begun.size()), [&](int i) {
-    const Trial& trial = *starts[i].trial;
-    const std::size_t base = starts[i].base;
-    const bool late = happens(trial);
-    const Beginning& looked_at = late ? whole : part;
-    const auto begun_from = [&](const Suggestion& from) {
-      Begun b{&trial, looked_at.begun(from, base), base};
-      b.level = looked_at.level(b.fit, base);
-      if (late) b.level += part.levels[base] - whole.levels[base];  // to compare with the others
-      return b;
-    };
-    begun[i] = begun_from(starts[i].suggestion);
-    // A suggested size leaves the arm as it is. Where the two have to change together, as a payload
-    // and the shares of inertia, that leads up instead of down.
-    if (begun[i].level < part.levels[base] + kLedUp) return;
-    Begun from_none = begun_from(none_of(trial, bases[base]));
-    if (from_none.level < begun[i].level) begun[i] = std::move(from_none);
-  });
-  return all;
-}
-
-/// Every effect from its most promising starts on each base; the best of each, most promising
-/// first. records: as they are begun with, thinned.
-BegunFits begun_fits(const std::vector<Trial>& trials, const std::vector<ForesightFit>& bases,
-                     const Thinned& records, double density) {
-  const Thinned first_parts{beginnings(records.pieces), records.propagation, records.times};
-  const Beginning whole(bases, records, density);
-  const Beginning first(bases, first_parts, density);
-  BegunFits all = begun_on(first, whole, trials, bases);
-  std::vector<Begun>& begun = all.single;
-  std::vector<double> usual = medians(begun, bases.size());
-  const auto best = std::ranges::min_element(whole.levels) - whole.levels.begin();
-  const bool has_more = rows_of(records.pieces) > rows_of(first_parts.pieces);
-  if (has_more && usual[best] < whole.levels[best] - kShowsLater) {
-    all = begun_on(whole, whole, trials, bases);
-    usual = medians(begun, bases.size());
-  }
-  for (Begun& b : begun) b.excess = b.level - usual[b.base];
-  keep_best(begun, kBegun);
-  for_each_job(static_cast<int>(begun.size()), [&](int i) {
-    begun[i].fit =
-        thinned_fit(begun[i].fit.model, begun[i].fit.x0, records, density, kSecond, Extent::kBegun);
-    begun[i].level = level_of(begun[i].fit, records);
-    begun[i].excess = begun[i].level - usual[begun[i].base];
-  });
-  keep_best(begun, kBegun);
-  return all;
-}
-
-/// Every effect from its most promising starts on top of a base, however far that is from any
-/// minimum, and from all moments at which something may happen: of those, the size that a score
-/// test suggests tells nothing where the true one is large. First by the filter that follows the
-/// measurements, which no start is too far off for, then nearly to the end; the best of each
-/// effect, most promising first.
-std::vector<Begun> followed_fits(const std::vector<Trial>& trials, const ForesightFit& base,
-                                 const Thinned& records, double density) {
-  constexpr std::size_t kOfEach = 2;
-  constexpr std::size_t kMost = 9;  // of what happens
-  const BaseGains gains = gains_on(base, records, density);
-  std::vector<Start> starts =
-      starts_on({base}, 0, gains.judging, trials, trials.size(), records).single;
-  std::map<std::string, std::size_t> count;
-  std::erase_if(starts, [&](const Start& start) {
-    return ++count[manner_of(*start.trial)] > (happens(*start.trial) ? kMost : kOfEach);
-  });
-  std::vector<Begun> begun(starts.size());
-  for_each_job(static_cast<int>(begun.size()), [&](int i) {
-    const Suggestion& from = starts[i].suggestion;
-    const ForesightFit followed =
-        thinned_fit(from.model, from.x0, records, kFollowingDensity, kLong / 3, Extent::kNear);
-    begun[i] = {starts[i].trial,
-                thinned_fit(followed.model, followed.x0, records, density, kLong, Extent::kNear)};
-    begun[i].level = level_of(begun[i].fit, records);
-  });
-  keep_first(begun);
-  return begun;
 }
 
 /// The first half of a fit.
@@ -545,13 +222,25 @@ ForesightFit near_the_end(const Model& from, const StatesOfPieces& x0, double de
 }
 
 /// All fits that have begun, and of each effect the one that then foretells best, best first.
-void bring_near_the_end(std::vector<Begun>& begun, double density, const Thinned& records) {
-  for_each_job(static_cast<int>(begun.size()), [&](int i) {
-    Begun& b = begun[i];
+/// known: by effect, what has been brought there before, and is then more.
+std::vector<Begun> near_the_end(const std::vector<Begun>& begun, double density,
+                                const Thinned& records, std::map<std::string, Begun>& known) {
+  std::vector<Begun> all;
+  std::vector<Begun> fitted;
+  for (const Begun& b : begun) {
+    const auto at = known.find(b.trial->effect);
+    (at == known.end() ? fitted : all).push_back(at == known.end() ? b : at->second);
+  }
+  for_each_job(static_cast<int>(fitted.size()), [&](int i) {
+    Begun& b = fitted[i];
     b.fit = near_the_end(b.fit.model, b.fit.x0, density, records);
     b.level = level_of(b.fit, records);
   });
-  keep_first(begun);
+  keep_first(fitted);
+  for (const Begun& b : fitted) known.emplace(b.trial->effect, b);
+  std::ranges::move(fitted, std::back_inserter(all));
+  keep_first(all);
+  return all;
 }
 
 /// From there to the end. worth: as of a fit.
@@ -617,8 +306,31 @@ std::vector<Again> elsewhere(const Refit& best, const Model& arm,
   return all;
 }
 
+/// The same as the effect that was fitted, from moments nearby: where the arm swings there is a
+/// minimum of its own in every swing.
+std::vector<Again> at_other_moments(const Refit& best) {
+  const ForesightFit& fit = best.explained.fit;
+  const EffectSlot& slot = fit.model.effects.back();
+  const std::vector<EffectParameter> parameters = parameters_of(slot.effect);
+  std::vector<Again> all;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (!parameters[i].moment) continue;
+    const int at = slot.first_parameter + static_cast<int>(i);
+    const Parameter& moment = fit.model.parameters[at];
+    if (moment.known) continue;
+    for (const double later : {-0.1, -0.05, 0.05, 0.1}) {  // s, half a swing of 5 or 10 Hz
+      Again again{&best.trial, fit.model, fit.x0};
+      again.model.parameters[at].value =
+          std::clamp(moment.value + later, moment.lower, moment.upper);
+      all.push_back(std::move(again));
+    }
+  }
+  return all;
+}
+
 /// Fits of what explains much as well may have ended in another minimum than the best one's: once
-/// more from where that has led the arm. So are those of the same effect elsewhere.
+/// more from where that has led the arm. So are those of the same effect elsewhere, and earlier and
+/// later.
 void follow_best(const Explained& now, const std::vector<Trial>& trials,
                  const TraceRecords& records, const Looks& looks,
                  const AcceptanceSettings& acceptance, std::vector<Refit>& refits) {
@@ -635,6 +347,7 @@ void follow_best(const Explained& now, const std::vector<Trial>& trials,
       others.push_back(
           {&refit.trial, with_values(refit.explained.fit.model, arm), refit.explained.fit.x0});
   }
+  std::ranges::move(at_other_moments(*best), std::back_inserter(others));
   const std::size_t first_elsewhere = others.size();
   std::ranges::move(elsewhere(*best, arm, trials), std::back_inserter(others));
   const double density = best->explained.fit.density;
@@ -825,7 +538,7 @@ namespace {
 /// as they were begun with.
 Contest judged_of(const std::vector<Begun>& begun, const Thinned& looked_at, Explained& now,
                   const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
-                  const AcceptanceSettings& acceptance) {
+                  const AcceptanceSettings& acceptance, ContestFits& fits) {
   const double density = now.fit.density;
   const double without = level_of(now.fit, looked_at);
   std::map<std::string, bool> judged;  // of each effect: whether it is among the most promising
@@ -836,13 +549,18 @@ Contest judged_of(const std::vector<Begun>& begun, const Thinned& looked_at, Exp
     const auto at = judged.try_emplace(b.trial->effect, worth).first;
     if (at->second) promising.push_back(b);
   }
-  bring_near_the_end(promising, density, looked_at);
+  promising = near_the_end(promising, density, looked_at, fits.near);
   Contest result;
   const auto end_with = [&](std::span<const Begun> those) {
     std::vector<Refit> refits(those.size());
     for_each_job(static_cast<int>(those.size()), [&](int i) {
-      refits[i] = ended(*those[i].trial, those[i].fit, now, looks, records, acceptance);
+      const Trial& trial = *those[i].trial;
+      const auto at = fits.ended.find(trial.effect);
+      refits[i] = at != fits.ended.end()
+                      ? at->second
+                      : ended(trial, those[i].fit, now, looks, records, acceptance);
     });
+    for (const Refit& refit : refits) fits.ended.emplace(refit.trial.effect, refit);
     std::ranges::move(refits, std::back_inserter(result.refits));
     judge_all(now, records, looks, acceptance, result.refits);
   };
@@ -864,6 +582,16 @@ Contest judged_of(const std::vector<Begun>& begun, const Thinned& looked_at, Exp
   for (const auto& [effect, count] : looks_of(trials))
     if (!judged[effect]) result.others.push_back(effect);
   return result;
+}
+
+/// Those of effects that there are trials of.
+BegunFits among(BegunFits begun, const std::vector<Trial>& trials) {
+  const Looks asked = looks_of(trials);
+  std::erase_if(begun.single, [&](const Begun& b) { return !asked.contains(b.trial->effect); });
+  std::erase_if(begun.pairs, [&](const PairStart& pair) {
+    return !asked.contains(pair.trial.effect) || !asked.contains(pair.trial.beside->effect);
+  });
+  return begun;
 }
 
 /// The pairs of most gain, fitted to the end and judged.
@@ -893,10 +621,14 @@ std::vector<Refit> judged_pairs(std::vector<PairStart> starts, const Explained& 
 
 Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
                 const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
-                const AcceptanceSettings& acceptance) {
+                const AcceptanceSettings& acceptance, ContestFits& fits) {
   const Thinned looked_at = thinned(records.estimation, records.propagation);
-  BegunFits begun = begun_fits(trials, bases, looked_at, now.fit.density);
-  Contest found = judged_of(begun.single, looked_at, now, trials, looks, records, acceptance);
+  if (!fits.begun) {
+    fits.trials = trials;
+    fits.begun = begun_fits(fits.trials, bases, looked_at, now.fit.density);
+  }
+  BegunFits begun = among(*fits.begun, trials);
+  Contest found = judged_of(begun.single, looked_at, now, trials, looks, records, acceptance, fits);
   found.pairs = judged_pairs(std::move(begun.pairs), now, looks, records, acceptance);
   return found;
 }
@@ -908,8 +640,9 @@ std::vector<Refit> pairs_beside(const Refit& first, const Explained& now,
   const Thinned looked_at = thinned(records.estimation, records.propagation);
   Explained with = first.explained;
   const BegunFits begun = begun_fits(trials, {with.fit}, looked_at, with.fit.density);
+  ContestFits fits;
   const Contest beside =
-      judged_of(begun.single, looked_at, with, trials, looks, records, acceptance);
+      judged_of(begun.single, looked_at, with, trials, looks, records, acceptance, fits);
   std::vector<Refit> pairs;
   for (const Refit& second : beside.refits) {
     if (pairs.size() == kPairs) break;
@@ -927,12 +660,17 @@ std::vector<Refit> pairs_beside(const Refit& first, const Explained& now,
 
 Contest contest_from(const Model& given, Explained& now, const std::vector<Trial>& trials,
                      const Looks& looks, const TraceRecords& records,
-                     const AcceptanceSettings& acceptance) {
-  const ForesightFit base = fit_foresight(with_values(now.fit.model, given), {}, records.estimation,
-                                          records.propagation, now.fit.density, 0);
+                     const AcceptanceSettings& acceptance, ContestFits& fits) {
   const Thinned looked_at = thinned(records.estimation, records.propagation);
-  return judged_of(followed_fits(trials, base, looked_at, now.fit.density), looked_at, now, trials,
-                   looks, records, acceptance);
+  if (!fits.begun) {
+    const ForesightFit base =
+        fit_foresight(with_values(now.fit.model, given), {}, records.estimation,
+                      records.propagation, now.fit.density, 0);
+    fits.trials = trials;
+    fits.begun = {followed_fits(fits.trials, base, looked_at, now.fit.density), {}};
+  }
+  return judged_of(among(*fits.begun, trials).single, looked_at, now, trials, looks, records,
+                   acceptance, fits);
 }
 
 std::vector<Promising> promising_fits(const std::vector<Trial>& trials,
@@ -943,10 +681,10 @@ std::vector<Promising> promising_fits(const std::vector<Trial>& trials,
   std::vector<Begun> begun = begun_fits(trials, bases, looked_at, density).single;
   keep_first(begun);
   begun.resize(std::min(begun.size(), most));
-  bring_near_the_end(begun, density, looked_at);
+  std::map<std::string, Begun> none;
   std::vector<Promising> all;
-  all.reserve(begun.size());
-  for (Begun& b : begun) all.push_back({*b.trial, std::move(b.fit)});
+  for (Begun& b : near_the_end(begun, density, looked_at, none))
+    all.push_back({*b.trial, std::move(b.fit)});
   return all;
 }
 

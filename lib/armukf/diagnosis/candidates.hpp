@@ -1,11 +1,13 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "armukf/diagnosis/acceptance.hpp"
 #include "armukf/diagnosis/base_fit.hpp"
+#include "armukf/diagnosis/begun_fits.hpp"
 #include "armukf/diagnosis/foresight.hpp"
 #include "armukf/diagnosis/trace_records.hpp"
 #include "armukf/diagnosis/trial.hpp"
@@ -113,6 +115,15 @@ struct Contest {
   bool better_minimum = false;      // of the model without them was come upon
 };
 
+/// What a contest has fitted, for another one on the same bases with the same model to be surpassed
+/// and no other effects than those: each fit is of one effect alone. By effect.
+struct ContestFits {
+  std::vector<Trial> trials;           // that were begun; fits refer to them
+  std::optional<BegunFits> begun;      // on top of the bases
+  std::map<std::string, Begun> near;   // brought nearly to the end
+  std::map<std::string, Refit> ended;  // to the end, as they were judged at first
+};
+
 /// Pairs of an effect that was refused on top of the model as it stands, and of what goes best with
 /// it: it may be refused since something else is missing as well. trials: of the model with the
 /// first; looks: at either.
@@ -124,17 +135,17 @@ std::vector<Refit> pairs_beside(const Refit& first, const Explained& now,
 /// a few iterations; goes on with the better ones, and judges the most promising. So it does with
 /// pairs of effects that hide each other, as score tests tell. now: what is to be surpassed; it
 /// changes to a better minimum of the same model where the best effect has led to one. looks: all
-/// that p-values are to count.
+/// that p-values are to count. fits: what there is already, and is then more.
 Contest contest(Explained& now, const std::vector<ForesightFit>& bases,
                 const std::vector<Trial>& trials, const Looks& looks, const TraceRecords& records,
-                const AcceptanceSettings& acceptance);
+                const AcceptanceSettings& acceptance, ContestFits& fits);
 
 /// The same from the given values of the arm on, as they are. Where much is missing every minimum
 /// without it may lie where none of its fits leads back from; what was known of the arm before is
 /// nearer to it then.
 Contest contest_from(const Model& given, Explained& now, const std::vector<Trial>& trials,
                      const Looks& looks, const TraceRecords& records,
-                     const AcceptanceSettings& acceptance);
+                     const AcceptanceSettings& acceptance, ContestFits& fits);
 
 /// A trial with a fit that has nearly ended.
 struct Promising {

@@ -147,6 +147,7 @@ void NoiseCheck::take_for_base(FoundMinimum found) {
   correlation_ = correlation_at(found);
   base_ = std::move(found);
   one_for_all_.reset();
+  refusals_.clear();
   promises_.reset();
   likelier_.reset();
 }
@@ -223,6 +224,15 @@ std::string NoiseCheck::refusal(const Refit& refit, const Looks& looks,
                                 const AcceptanceSettings& settings) {
   if (!noise_can_be_all(settings)) return "";
   if (is_lost_resonance(refit.trial) && !noise_can_be_all(settings)) return "";
+  const std::pair key{refit.trial.effect, refit.explained.fit.cost};
+  if (const auto at = refusals_.find(key); at != refusals_.end()) return at->second;
+  std::string reason = explained_by_noise(refit, looks, settings);
+  refusals_.emplace(key, reason);
+  return reason;
+}
+
+std::string NoiseCheck::explained_by_noise(const Refit& refit, const Looks& looks,
+                                           const AcceptanceSettings& settings) {
   const Model& with = refit.explained.fit.model;
   const double more = more_values(with, now_.fit.model);
   const auto p_of = [&](double gain) {

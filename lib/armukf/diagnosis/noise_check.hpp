@@ -2,8 +2,10 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "armukf/batch/output_error.hpp"
@@ -68,7 +70,8 @@ class NoiseCheck {
 
   /// Why the effect does not count: with the likeliest noise the model as it stands leaves next to
   /// nothing, and the effect makes the records not likelier than chance does. Empty where it
-  /// counts, and where noise cannot be all: there it hides what is missing.
+  /// counts, and where noise cannot be all: there it hides what is missing. Of the same fit asked
+  /// again it says the same.
   std::string refusal(const Refit& refit, const Looks& looks, const AcceptanceSettings& settings);
 
   /// Effects too small for the scatter of predictions to tell, which make the records likelier than
@@ -144,6 +147,10 @@ class NoiseCheck {
     double gain;
     std::optional<Refit> refit = {};  // once it is judged
   };
+
+  /// As refusal(), where noise can be all, by fits of the effect with its noise.
+  std::string explained_by_noise(const Refit& refit, const Looks& looks,
+                                 const AcceptanceSettings& settings);
 
   /// Of those trials, all that are likelier than chance makes them, most first.
   std::vector<Likelier> likelier_than_chance(const std::vector<Trial>& trials, const Looks& looks,
@@ -243,8 +250,9 @@ class NoiseCheck {
   const Model* given_;
   bool looked_from_given_ = false;  // for the base
   std::optional<FoundMinimum> base_;
-  std::optional<double> correlation_;  // of what the base leaves
-  std::optional<bool> one_for_all_;    // once it has been asked
+  std::optional<double> correlation_;                               // of what the base leaves
+  std::optional<bool> one_for_all_;                                 // once it has been asked
+  std::map<std::pair<std::string, double>, std::string> refusals_;  // by effect and cost of its fit
   std::optional<Promises> promises_;
   std::optional<std::vector<Likelier>> likelier_;  // likewise
 };

@@ -69,6 +69,21 @@ const Refit* best_of(const Contest& round, const TraceRecords& records,
   return pair != nullptr ? pair : single;
 }
 
+void Remembered::model_has_moved() {
+  noise.reset();
+  slow.reset();
+  by_slow = {};
+  last = {};
+  by_fast.ended.clear();
+  from_given.ended.clear();
+}
+
+void Remembered::forget_all() {
+  model_has_moved();
+  by_fast = {};
+  from_given = {};
+}
+
 LookedAt looked_for(const Round& round, Standing& standing) {
   const Suggested& suggested = round.suggested;
   const TraceRecords& records = round.records;
@@ -83,7 +98,8 @@ LookedAt looked_for(const Round& round, Standing& standing) {
   Contest& found = all.found;
   Looks& looks = all.looks;
   const std::vector<Trial> names = without_set_aside(suggested_names);
-  std::optional<NoiseCheck>& noise = round.noise;
+  Remembered& before = round.before;
+  std::optional<NoiseCheck>& noise = before.noise;
   const auto check = [&]() -> NoiseCheck& {
     if (!noise) noise.emplace(now, records, standing.noise, &round.given);
     return *noise;
@@ -95,18 +111,18 @@ LookedAt looked_for(const Round& round, Standing& standing) {
     return best_of(found, records, settings);
   };
   const auto add_of_now = [&](Contest more) {
-    if (more.better_minimum) {  // the noise was another model's
-      noise.reset();
+    if (more.better_minimum) {
+      before.model_has_moved();
       standing.noise.hopeless = false;
     }
     add(std::move(more), found);
   };
   const auto from_given = [&] {
-    add_of_now(contest_from(round.given, now, names, looks, records, settings));
+    add_of_now(contest_from(round.given, now, names, looks, records, settings, before.from_given));
   };
   bool given_tried = false;
   const auto fast = [&] {
-    add_of_now(contest(now, standing.bases, names, looks, records, settings));
+    add_of_now(contest(now, standing.bases, names, looks, records, settings, before.by_fast));
     given_tried = has_slack_spring(now.fit.model);
     if (given_tried) from_given();
     return best();
@@ -135,11 +151,14 @@ LookedAt looked_for(const Round& round, Standing& standing) {
       return all;
     }
   }
-  Explained slow = fitted_together(now, standing.held, records, kSlowDensity);
-  const auto add_slow = [&](const std::vector<ForesightFit>& on, const std::vector<Trial>& trials) {
-    add(contest(slow, on, trials, looks, records, settings), found);
+  Explained slow =
+      before.slow ? *before.slow : fitted_together(now, standing.held, records, kSlowDensity);
+  const auto add_slow = [&](const std::vector<ForesightFit>& on, const std::vector<Trial>& trials,
+                            ContestFits& fits) {
+    add(contest(slow, on, trials, looks, records, settings, fits), found);
+    before.slow = slow;
   };
-  add_slow({slow.fit}, without_set_aside(trials_for(slow.fit.model, suggested)));
+  add_slow({slow.fit}, without_set_aside(trials_for(slow.fit.model, suggested)), before.by_slow);
   if (best() != nullptr) return all;
 
   const std::vector<Trial> suggested_last =
@@ -148,7 +167,7 @@ LookedAt looked_for(const Round& round, Standing& standing) {
   const std::vector<Trial> last = without_set_aside(suggested_last);
   std::vector<ForesightFit> on{slow.fit};  // what is missing may have led it far astray
   on.insert(on.end(), standing.bases.begin(), standing.bases.end());
-  add_slow(on, last);
+  add_slow(on, last, before.last);
   if (const Refit* late = best(); late != nullptr) {
     if (given_tried || !is_learnt_law(late->trial.model.effects.back().effect)) return all;
     from_given();

@@ -29,6 +29,21 @@ struct Standing {
   bool halves_tried = false;  // what is refused, with what may go with it
 };
 
+/// What rounds on one model leave to each other: most effects are the same.
+struct Remembered {
+  std::optional<NoiseCheck> noise;  // of the model as it stands
+  std::optional<Explained> slow;    // the same model by the slow filter
+  ContestFits by_fast;
+  ContestFits by_slow;
+  ContestFits last;
+  ContestFits from_given;
+
+  /// The model has been found to be at another minimum: forgets what hangs on the one before.
+  void model_has_moved();
+
+  void forget_all();
+};
+
 /// What a round looks at.
 struct Round {
   const Model& given;  // with what was known of the arm before
@@ -36,8 +51,7 @@ struct Round {
   const TraceRecords& records;
   const AcceptanceSettings& settings;
   const std::set<std::string>& set_aside;  // effects that it does not
-  std::optional<NoiseCheck>&
-      noise;  // of the model as it stands: from the round before, if the same
+  Remembered& before;                      // by rounds on the same model, with no fewer effects
 };
 
 /// What it finds.

@@ -209,14 +209,14 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
   const Going going{completing, first, search};
   Standing& standing = search.standing;
   std::set<std::string> set_aside = search.dismissed;  // until another effect is found
-  std::optional<NoiseCheck> noise;                     // likewise
+  Remembered before;                                   // likewise
   while (search.rounds < most_rounds && search.judged < kMostJudged) {
     const int round = ++search.rounds;
     say(fmt::format("round {}", round), static_cast<double>(round) / (most_rounds + 2));
     auto [found, looks] = looked_for({first.given,
                                       suggested_by(standing.simulated, standing.now.fit,
                                                    records.estimation, records.propagation),
-                                      records, settings, set_aside, noise},
+                                      records, settings, set_aside, before},
                                      standing);
     search.judged += found.refits.size() + found.pairs.size();
     const Refit* best = best_of(found, records, settings);
@@ -259,7 +259,7 @@ void add_effects(Search& search, const Completing& completing, const Bases& firs
           step.exchange ? former_of(*step.exchange, search) : std::move(step.chosen.rivals);
     }
     search.diagnosis = std::move(step.diagnosis);
-    noise.reset();
+    before.forget_all();
     standing = std::move(step.standing);
     search.all_weighed = step.chosen.weighed && search.diagnosis.effects.size() == 1;
   }

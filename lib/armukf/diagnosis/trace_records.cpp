@@ -11,6 +11,7 @@
 #include "armukf/core/constants.hpp"
 #include "armukf/core/error.hpp"
 #include "armukf/diagnosis/foresight.hpp"
+#include "armukf/model/fastest_rate.hpp"
 
 namespace armukf {
 namespace {
@@ -82,6 +83,13 @@ TraceRecords trace_records(const std::vector<Record>& estimation,
         throw InputError(record.name, 0, "",
                          "is the estimation record; validation needs data that was not fitted");
   return records;
+}
+
+Propagation Thinned::propagation_of(const Model& model) const {
+  constexpr double kFollowed = 1.4;  // rad a step: to 3 % of it by a method of fourth order
+  Propagation longer = propagation;
+  longer.max_step_s *= 2.0;
+  return fastest_rate(model) * longer.max_step_s < kFollowed ? longer : propagation;
 }
 
 Thinned thinned(std::vector<Record> pieces, const Propagation& propagation) {

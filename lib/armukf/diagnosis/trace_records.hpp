@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "armukf/core/record.hpp"
+#include "armukf/model/model.hpp"
 #include "armukf/ode/propagation.hpp"
 
 namespace armukf {
@@ -30,6 +31,10 @@ struct Thinned {
   std::vector<Record> pieces;
   Propagation propagation;  // of the record
   int times = 1;
+
+  /// From each sample to the next by steps twice as long as the record's, if they follow what that
+  /// model does: most of the time of a step is that of waiting for the friction's exponential.
+  Propagation propagation_of(const Model& model) const;
 };
 
 /// One sample of so many as leave about a thousand a second, the torque held from one to the next

@@ -93,6 +93,10 @@ bool is_tried_last(const CataloguedEffect& effect) {
   return std::visit([]<class E>(const E&) { return LearntLaw<E> || TriedLast<E>; }, effect);
 }
 
+bool is_fast_in_motion(const CataloguedEffect& effect) {
+  return std::visit([]<class E>(const E&) { return FastInMotion<E>; }, effect);
+}
+
 std::vector<EffectParameter> parameters_of(const CataloguedEffect& effect, double heaviness) {
   std::vector<EffectParameter> all = std::visit(
       []<class E>(const E&) {

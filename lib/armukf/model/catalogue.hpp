@@ -118,6 +118,9 @@ bool colours_noise(const CataloguedEffect& effect);
 /// Whether a search tries it only where no other helps: rare effects, and laws that are learnt.
 bool is_tried_last(const CataloguedEffect& effect);
 
+/// Whether its states are faster while the arm moves than a linear model about rest tells.
+bool is_fast_in_motion(const CataloguedEffect& effect);
+
 /// The parameters of an effect in the catalogue and its states, with what is usual of an arm so
 /// many times as heavy as the published one, and the arm's parameters that it sets free.
 std::vector<EffectParameter> parameters_of(const CataloguedEffect& effect, double heaviness = 1.0);

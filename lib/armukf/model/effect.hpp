@@ -222,9 +222,10 @@ struct EffectState {
 ///
 /// Optional data: `frees`, names of the arm's parameters that it takes for unknown; `tried_last`,
 /// of what is rare and comes near to more common effects: a search tries it where none of those
-/// helps, as it does learnt laws; `several`, of what may happen more than once, as what repeats or
-/// swings may be there several times in any case; `answer`, of a part of the drive, which is a
-/// torque on the motor beside what reaches it of the command.
+/// helps, as it does learnt laws; `fast_in_motion`, of states that are as fast as steps of half a
+/// millisecond follow while the arm moves, not at rest; `several`, of what may happen more
+/// than once, as what repeats or swings may be there several times in any case; `answer`, of a part
+/// of the drive, which is a torque on the motor beside what reaches it of the command.
 template <class E>
 concept Effect = requires {
   { E::name } -> std::convertible_to<std::string_view>;
@@ -251,6 +252,11 @@ concept FreesParameters = requires {
 template <class E>
 concept TriedLast = requires {
   requires E::tried_last;
+};
+
+template <class E>
+concept FastInMotion = requires {
+  requires E::fast_in_motion;
 };
 
 template <class E>

@@ -19,6 +19,7 @@ namespace armukf::effects {
 /// Control 40, 1995.
 struct PreslidingFrictionLugre {
   static constexpr std::string_view name = "presliding_friction_lugre";
+  static constexpr bool fast_in_motion = true;
   static constexpr std::array parameters{
       EffectParameter{"presliding_compliance", "rad/(N.m)", 0.0, 0.0, 5.0, 0.01}};
   static constexpr std::array states{

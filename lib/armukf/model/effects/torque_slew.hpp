@@ -15,6 +15,7 @@ struct TorqueSlew {
   static constexpr std::string_view name = "torque_slew";
   static constexpr bool tried_last = true;
   static constexpr Answer answer = Answer::kLate;
+  static constexpr bool fast_in_motion = true;
   static constexpr std::array parameters{
       EffectParameter{"torque_slew_share", "-", 0.0, 0.0, 2.0, 0.3},
       EffectParameter{
