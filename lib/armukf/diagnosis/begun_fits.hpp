@@ -17,7 +17,7 @@ inline constexpr int kLong = 60;
 
 /// A fit of an effect that has only begun.
 struct Begun {
-  const Trial* trial;
+  const Trial* trial;  // of those that were given
   ForesightFit fit;
   std::size_t base = 0;
   double level = 0.0;   // of what it foretells

@@ -116,9 +116,10 @@ struct Contest {
 };
 
 /// What a contest has fitted, for another one on the same bases with the same model to be surpassed
-/// and no other effects than those: each fit is of one effect alone. By effect.
+/// and no other effects than those: each fit is of one effect alone. By effect. To be moved, not
+/// copied: the fits that have begun point to the trials.
 struct ContestFits {
-  std::vector<Trial> trials;           // that were begun; fits refer to them
+  std::vector<Trial> trials;           // that were begun
   std::optional<BegunFits> begun;      // on top of the bases
   std::map<std::string, Begun> near;   // brought nearly to the end
   std::map<std::string, Refit> ended;  // to the end, as they were judged at first
