@@ -180,6 +180,8 @@ TEST(Contest, GoesOnFromWhatAnotherHasFitted) {
   EXPECT_EQ(told(fits), by_itself);
   EXPECT_GE(fits.ended.size(), ended);
   EXPECT_EQ(fits.trials.size(), trials.size() + 1);
+  for (auto& [effect, refit] : fits.ended) refit.explained.fit.cost = 0.0;
+  for (const auto& [effect, cost] : told(fits)) EXPECT_EQ(cost, 0.0) << effect << " fitted again";
 }
 
 /// What a payload leaves that comes and goes, no change that stays can tell.

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <iterator>
@@ -13,10 +12,7 @@
 #include <string>
 #include <utility>
 
-#include "armukf/batch/initial_states.hpp"
-#include "armukf/batch/pieces.hpp"
 #include "armukf/core/parallel.hpp"
-#include "armukf/diagnosis/ahead_score.hpp"
 
 namespace armukf {
 namespace {
